@@ -1,0 +1,171 @@
+"""Input encodings: one-blob, real spherical harmonics, and multi-resolution grids.
+
+All of them are plain sums and products, so the exporter writes them as ONNX operators.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+
+import numpy as np
+import torch
+from scipy.special import sph_harm_y
+from torch import Tensor, nn
+
+HASH_PRIMES = (1, 2_654_435_761, 805_459_861)
+
+
+def one_blob(x: Tensor, bins: int) -> Tensor:
+    r"""One-blob encoding :math:`\exp(-\tfrac12 (k x - i - \tfrac12)^2)` (Mueller 2019, Sec. 4.3).
+
+    Arguments:
+        x: [...] in [0, 1].
+        bins: number of bins k; the Gaussian's deviation is one bin.
+
+    Returns:
+        [..., bins].
+    """
+    centre = torch.arange(bins, dtype=x.dtype, device=x.device) + 0.5
+    return torch.exp(-0.5 * (x[..., None] * bins - centre) ** 2)
+
+
+def monomial_exponents(degree: int) -> list[tuple[int, int, int]]:
+    """Exponents (a, b, c), c <= 1, a+b+c < degree: a basis of all harmonics below `degree`.
+
+    On the unit sphere z² = 1 - x² - y², so degree² monomials span the degree² harmonics.
+    """
+    return [
+        (a, n - a - c, c) for n in range(degree) for c in (0, 1) if c <= n for a in range(n - c + 1)
+    ]
+
+
+def monomials(direction: Tensor, degree: int) -> Tensor:
+    """Monomials of a unit vector, in the order of `monomial_exponents`: [N, 3] -> [N, degree²]."""
+    x, y, z = direction.unbind(-1)
+    columns = [x**a * y**b * z**c for a, b, c in monomial_exponents(degree)]
+    return torch.stack(columns, dim=-1)
+
+
+@cache
+def harmonics_matrix(degree: int) -> np.ndarray:
+    """Matrix M with `harmonics = monomials @ M.T`, real orthonormal harmonics: [degree², degree²].
+
+    Solved once in float64 from SciPy's complex harmonics; exact to rounding.
+    """
+    rng = np.random.default_rng(0)
+    v = rng.normal(size=(8 * degree * degree, 3))
+    v /= np.linalg.norm(v, axis=1, keepdims=True)
+    theta, phi = np.arccos(v[:, 2]), np.arctan2(v[:, 1], v[:, 0])
+    columns = []
+    for n in range(degree):
+        for m in range(-n, n + 1):
+            y = sph_harm_y(n, abs(m), theta, phi)
+            real = y.real if m >= 0 else y.imag
+            columns.append(real if m == 0 else math.sqrt(2) * real)
+    basis = monomials(torch.from_numpy(v), degree).numpy()
+    return np.linalg.lstsq(basis, np.stack(columns, 1), rcond=None)[0].T
+
+
+class SphericalHarmonics(nn.Module):
+    """Real spherical harmonics of a unit vector up to `degree` bands: [N, 3] -> [N, degree²].
+
+    "Degree five" in the paper means five bands, l = 0..4, hence 25 values.
+    """
+
+    def __init__(self, degree: int) -> None:
+        super().__init__()
+        self.degree = degree
+        self.register_buffer(
+            "matrix", torch.tensor(harmonics_matrix(degree), dtype=torch.float32), persistent=False
+        )
+
+    @property
+    def size(self) -> int:
+        return self.degree**2
+
+    def forward(self, direction: Tensor) -> Tensor:
+        return monomials(direction, self.degree) @ self.matrix.T
+
+
+class GridEncoding(nn.Module):
+    r"""Multi-resolution grid of features with trilinear interpolation (Mueller 2022).
+
+    Level l has :math:`r_l = \lfloor b\,g^l \rfloor` cells along each axis. A level whose
+    (r_l + 1)³ vertices fit `table_size` is dense, index (z (r+1) + y)(r+1) + x; others hash by
+    (x + p1 y + p2 z) mod T: additive, so that hosts without integer XOR can evaluate it.
+
+    Arguments:
+        levels: number of levels.
+        features: features per level.
+        base: cells of the coarsest level.
+        finest: cells of the finest level.
+        table_size: most entries per level, a power of two.
+    """
+
+    def __init__(
+        self, levels: int, features: int, base: int, finest: int, table_size: int
+    ) -> None:
+        super().__init__()
+        growth = (finest / base) ** (1 / max(levels - 1, 1))
+        self.levels, self.features, self.table_size = levels, features, table_size
+        self.resolutions = [int(base * growth**level + 1e-6) for level in range(levels)]
+        self.dense = [(r + 1) ** 3 <= table_size for r in self.resolutions]
+        sizes = [
+            (r + 1) ** 3 if dense else table_size
+            for r, dense in zip(self.resolutions, self.dense, strict=True)
+        ]
+        self.offsets = [sum(sizes[:level]) for level in range(levels)]
+        self.table = nn.Parameter(torch.empty(sum(sizes), features).uniform_(-1e-2, 1e-2))
+
+    @property
+    def size(self) -> int:
+        return self.levels * self.features
+
+    def strides(self, level: int) -> tuple[int, int, int]:
+        """Index stride of each axis at `level` (dense strides, or centred hash residues)."""
+        if self.dense[level]:
+            r = self.resolutions[level] + 1
+            return 1, r, r * r
+        half = self.table_size // 2
+        centred = [(p + half) % self.table_size - half for p in HASH_PRIMES]
+        return centred[0], centred[1], centred[2]
+
+    def corners(self, x: Tensor, level: int) -> tuple[Tensor, Tensor]:
+        """Table indices and trilinear weights of the eight corners: [N, 3] -> two of [N, 8]."""
+        r = self.resolutions[level]
+        scaled = x.clamp(0, 1) * r
+        low = scaled.floor().clamp(max=r - 1)
+        high = scaled - low
+        sx, sy, sz = self.strides(level)
+        i = low.long()
+        ix = torch.stack((i[:, 0], i[:, 0] + 1), 1) * sx
+        iy = torch.stack((i[:, 1], i[:, 1] + 1), 1) * sy
+        iz = torch.stack((i[:, 2], i[:, 2] + 1), 1) * sz
+        index = (iz[:, :, None, None] + iy[:, None, :, None] + ix[:, None, None, :]).reshape(-1, 8)
+        if not self.dense[level]:
+            index = index & (self.table_size - 1)
+        w = torch.stack((1 - high, high), 1)
+        weight = w[:, :, None, None, 2] * w[:, None, :, None, 1] * w[:, None, None, :, 0]
+        return index + self.offsets[level], weight.reshape(-1, 8)
+
+    def forward(self, x: Tensor) -> Tensor:
+        """Encode positions: [N, 3] in [0, 1] -> [N, levels · features]."""
+        pairs = [self.corners(x, level) for level in range(self.levels)]
+        index = torch.stack([p[0] for p in pairs], 1).reshape(-1, 8)
+        weight = torch.stack([p[1] for p in pairs], 1).reshape(-1, 8)
+        value = nn.functional.embedding_bag(
+            index, self.table, per_sample_weights=weight.to(self.table.dtype), mode="sum"
+        )
+        return value.view(-1, self.size)
+
+
+class MLP(nn.Sequential):
+    """ReLU network with `depth` hidden layers of `width` neurons: [N, inputs] -> [N, outputs]."""
+
+    def __init__(self, inputs: int, outputs: int, width: int, depth: int) -> None:
+        sizes = [inputs] + [width] * depth
+        layers: list[nn.Module] = []
+        for fan_in, fan_out in zip(sizes[:-1], sizes[1:], strict=True):
+            layers += [nn.Linear(fan_in, fan_out), nn.ReLU()]
+        super().__init__(*layers, nn.Linear(sizes[-1], outputs))
