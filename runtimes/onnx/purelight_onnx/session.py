@@ -1,0 +1,105 @@
+"""One network in ONNX Runtime: bounded threads, bounded memory, NumPy in and out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import onnxruntime
+
+from purelight_format.errors import PureLightError
+
+Arrays = dict[str, np.ndarray]
+
+DTYPES = {"tensor(float)": np.float32, "tensor(int32)": np.int32, "tensor(int64)": np.int64}
+
+
+class Session:
+    """Evaluates a network in chunks of rows, one chunk per thread.
+
+    A chunk of about 1,024 rows keeps the activations in the cache and the memory constant; a chunk
+    runs on one thread, because two chunks on two threads are faster than one chunk on two.
+
+    Arguments:
+        model: The bytes of an ONNX network whose tensors all have the row as first axis.
+        name: What to call the network in errors.
+        threads: How many chunks are evaluated at the same time.
+        chunk: The rows of one chunk.
+
+    Raises:
+        PureLightError: If ONNX Runtime refuses the network.
+    """
+
+    def __init__(
+        self, model: bytes, *, name: str = "network", threads: int = 1, chunk: int = 1024
+    ) -> None:
+        if threads < 1 or chunk < 1:
+            raise PureLightError(f"{name}: threads and chunk must be at least 1")
+        self.name, self.chunk, self.threads = name, chunk, threads
+        self._session = _open(model, name)
+        self._inputs = {i.name: (DTYPES[i.type], i.shape[1:]) for i in self._session.get_inputs()}
+        self._outputs = {o.name: (DTYPES[o.type], o.shape[1:]) for o in self._session.get_outputs()}
+
+    def __call__(self, inputs: Mapping[str, np.ndarray]) -> Arrays:
+        """Evaluates any number of rows.
+
+        Arguments:
+            inputs: One array per input of the network, shapes [N, ...]; N may be zero.
+
+        Returns:
+            One array per output of the network, shapes [N, ...].
+
+        Raises:
+            PureLightError: If an input is missing, or its shape is not the network's.
+        """
+        feed = self._checked(inputs)
+        rows = len(next(iter(feed.values())))
+        result = {n: np.empty((rows, *shape), dtype) for n, (dtype, shape) in self._outputs.items()}
+
+        def run(start: int) -> None:
+            part = {name: array[start : start + self.chunk] for name, array in feed.items()}
+            for array, value in zip(
+                result.values(), self._session.run(list(result), part), strict=True
+            ):
+                array[start : start + self.chunk] = value
+
+        starts = range(0, rows, self.chunk)
+        if self.threads == 1 or len(starts) < 2:
+            for start in starts:
+                run(start)
+        else:
+            with ThreadPoolExecutor(self.threads) as pool:
+                list(pool.map(run, starts))
+        return result
+
+    def _checked(self, inputs: Mapping[str, np.ndarray]) -> Arrays:
+        """Returns the inputs as contiguous arrays of the network's own types."""
+        if set(inputs) != set(self._inputs):
+            wanted = ", ".join(self._inputs)
+            raise PureLightError(f"{self.name}: give exactly the inputs {wanted}")
+        feed = {
+            name: np.ascontiguousarray(inputs[name], dtype)
+            for name, (dtype, _) in self._inputs.items()
+        }
+        rows = {array.shape[:1] for array in feed.values()}
+        for name, (_, shape) in self._inputs.items():
+            if feed[name].shape[1:] != tuple(shape) or len(rows) != 1:
+                size = ", ".join(["N", *map(str, shape)])
+                raise PureLightError(f"{self.name}: {name} must have shape [{size}], N the same")
+        return feed
+
+
+def _open(model: bytes, name: str) -> onnxruntime.InferenceSession:
+    """Opens a network from memory, so that nothing but these bytes is ever read."""
+    options = onnxruntime.SessionOptions()
+    options.intra_op_num_threads = 1
+    options.inter_op_num_threads = 1
+    options.log_severity_level = 3
+    options.add_session_config_entry("session.load_model_format", "ONNX")
+    options.add_session_config_entry("session.intra_op.allow_spinning", "0")
+    try:
+        return onnxruntime.InferenceSession(model, options, providers=["CPUExecutionProvider"])
+    except Exception as error:  # ONNX Runtime's exceptions share no narrower base class.
+        reason = str(error).splitlines()[0][:200]
+        raise PureLightError(f"{name}: ONNX Runtime refuses it: {reason}") from error
