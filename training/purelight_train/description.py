@@ -1,0 +1,46 @@
+"""What every network needs to know of its lamp: sphere, scale, channels, flux."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from purelight_format.geometry import BoundingSphere
+
+R_MAX = 15.0
+
+
+@dataclass(frozen=True)
+class Description:
+    """Physical description of a traced lamp.
+
+    Arguments:
+        sphere: bounding sphere of the exit surface, metres.
+        flux: escaped power per channel in W.
+        flux_error: its standard error in W.
+        radiance_scale: mean exitant radiance of the channels present, flux / (pi area).
+        channels: which of R, G, B carry flux.
+        exit_area: area of the exit surface in m².
+        paths: emitted paths the flux was measured with.
+        r_max: farthest training point, in radii.
+    """
+
+    sphere: BoundingSphere
+    flux: tuple[float, float, float]
+    flux_error: tuple[float, float, float]
+    radiance_scale: float
+    channels: tuple[bool, bool, bool]
+    exit_area: float
+    paths: int
+    r_max: float = R_MAX
+
+    def to_dict(self) -> dict[str, Any]:
+        """A JSON-ready form."""
+        return asdict(self)
+
+    @staticmethod
+    def from_dict(data: dict[str, Any]) -> Description:
+        """Inverse of `to_dict`."""
+        sphere = BoundingSphere(tuple(data["sphere"]["center"]), data["sphere"]["radius"])
+        lists = {k: tuple(data[k]) for k in ("flux", "flux_error", "channels")}
+        return Description(**{**data, **lists, "sphere": sphere})

@@ -1,0 +1,43 @@
+"""Student (paper Sec. 3.3): radiance on the exit surface, distilled from the teacher."""
+
+from __future__ import annotations
+
+import torch
+from torch import Tensor
+
+from purelight_train.description import Description
+from purelight_train.presets import Preset
+from purelight_train.surface_network import SurfaceNetwork
+
+DEGREE = 5
+MAX_LOG = 20.0
+
+
+class Student(SurfaceNetwork):
+    r"""Radiance :math:`g_c\,s\,(e^{y_c} - 1)` from the network's outputs y, clipped to [0, 20].
+
+    s is the lamp's radiance scale, so that the network learns log1p of a quantity near one
+    whatever the lamp's power; g is a gain per channel that closes the flux (`set_gain`). Channels
+    that carry no flux give exactly zero.
+    """
+
+    gain: Tensor
+    channels: Tensor
+
+    def __init__(self, description: Description, preset: Preset) -> None:
+        super().__init__(description, preset.student_grid, DEGREE, preset.student_network)
+        self.radiance_scale = description.radiance_scale
+        self.register_buffer("gain", torch.ones(3))
+        present = torch.tensor(description.channels, dtype=torch.float32)
+        self.register_buffer("channels", present, persistent=False)
+
+    def forward(self, position: Tensor, normal: Tensor, outgoing: Tensor) -> Tensor:
+        """Radiance in W/(m² sr) per channel: three of [N, 3] -> [N, 3]."""
+        log = self.raw(position, normal, outgoing).clamp(0, MAX_LOG)
+        return torch.expm1(log) * (self.radiance_scale * self.gain * self.channels)
+
+    def loss(self, position: Tensor, normal: Tensor, outgoing: Tensor, radiance: Tensor) -> Tensor:
+        """Mean square error in log1p(radiance / scale), over the channels present."""
+        target = torch.log1p(radiance / self.radiance_scale)
+        error = (self.raw(position, normal, outgoing) - target) ** 2
+        return (error * self.channels).sum() / (self.channels.sum() * len(error))

@@ -1,0 +1,49 @@
+"""A network over (position, normal, outgoing) on the exit surface."""
+
+from __future__ import annotations
+
+import torch
+from torch import Tensor, nn
+
+from purelight_train.description import Description
+from purelight_train.encodings import MLP, GridEncoding, SphericalHarmonics
+from purelight_train.presets import GridSize, MLPSize
+
+
+def make_grid(size: GridSize) -> GridEncoding:
+    """A grid encoding of the given size."""
+    return GridEncoding(size.levels, size.features, size.base, size.finest, size.table_size)
+
+
+class SurfaceNetwork(nn.Module):
+    """Grid-encoded position, harmonics of outgoing and normal, then an MLP: [N, 3] outputs.
+
+    Positions are normalised by the cube around the bounding sphere, (x - c)/2R + 1/2. The MLP's
+    input is [grid(position), harmonics(outgoing), harmonics(normal)].
+    """
+
+    centre: Tensor
+
+    def __init__(
+        self, description: Description, grid: GridSize, degree: int, network: MLPSize
+    ) -> None:
+        super().__init__()
+        sphere = description.sphere
+        self.register_buffer("centre", torch.tensor(sphere.center), persistent=False)
+        self.radius = sphere.radius
+        self.grid = make_grid(grid)
+        self.harmonics = SphericalHarmonics(degree)
+        inputs = self.grid.size + 2 * self.harmonics.size
+        self.network = MLP(inputs, 3, network.width, network.depth)
+
+    def features(self, position: Tensor, normal: Tensor, outgoing: Tensor) -> Tensor:
+        """Encoded inputs [N, inputs] of the MLP."""
+        unit = (position - self.centre) * (0.5 / self.radius) + 0.5
+        return torch.cat(
+            (self.grid(unit), self.harmonics(outgoing), self.harmonics(normal)), dim=-1
+        )
+
+    def raw(self, position: Tensor, normal: Tensor, outgoing: Tensor) -> Tensor:
+        """The MLP's outputs before the last activation: [N, 3]."""
+        output: Tensor = self.network(self.features(position, normal, outgoing))
+        return output
