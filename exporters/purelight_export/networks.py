@@ -1,0 +1,125 @@
+"""The five networks of a bundle as ONNX, from the trained modules of `purelight_train`."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from purelight_train.fast_map import SIZE, FastMap
+from purelight_train.point_encoding import ANGLE_BINS, PointEncoding
+from purelight_train.sampler import Sampler
+from purelight_train.student import MAX_LOG, Student
+from purelight_train.surface_network import SurfaceNetwork
+from purelight_train.transparency import Transparency
+
+from purelight_export.encodings import Features, harmonics, join, mlp, one_blob
+from purelight_export.flow import flow_density, flow_sample
+from purelight_export.geometry import Cap, cap, cap_to_direction, direction_to_cap
+from purelight_export.graph import Graph, Value
+from purelight_export.grid import grid
+
+
+def appearance(student: Student, *, compact: bool = False) -> bytes:
+    """position, normal, outgoing [N, 3] -> radiance [N, 3] in W/(m² sr)."""
+    graph = Graph("appearance")
+    log = graph.clip(_surface(graph, student, compact=compact), 0.0, MAX_LOG)
+    gain = (student.gain * student.channels).detach().cpu().double().numpy()
+    graph.output("radiance", (graph.exp(log) - 1.0) * (gain * student.radiance_scale))
+    return graph.to_bytes()
+
+
+def transparency(network: Transparency, *, compact: bool = False) -> bytes:
+    """position, normal, outgoing [N, 3] -> transmittance [N, 3]."""
+    graph = Graph("transparency")
+    graph.output("transmittance", graph.sigmoid(_surface(graph, network, compact=compact)))
+    return graph.to_bytes()
+
+
+def sampler(network: Sampler, *, compact: bool = False) -> bytes:
+    """point [N, 3], u [N, 2] -> toward [N, 3], pdf_solid_angle [N]."""
+    graph = Graph("sampler")
+    point, u = graph.input("point", 3), graph.input("u", 2)
+    view, context = _point(graph, point, network.encoding, compact=compact)
+    b = network.uniform_fraction
+    first, second = graph.columns(u)
+    uniform = first < b
+    first = graph.where(uniform, first * (1 / b), (first - b) * (1 / (1 - b)))
+    start = graph.clip(graph.concat([first, second]), 0.0, 1.0)
+    warped = graph.concat(flow_sample(graph, start, context, network.flow)[:2])
+    z = graph.where(uniform, start, warped)
+    toward = cap_to_direction(graph, z, view)
+    graph.output("toward", graph.where(view.outside, toward, view.axis))
+    density = flow_density(graph, z, context, network.flow)
+    pdf = graph.where(view.outside, _pdf(network, density, view), 0.0)
+    graph.output("pdf_solid_angle", graph.flatten(pdf))
+    return graph.to_bytes()
+
+
+def sampler_pdf(network: Sampler, *, compact: bool = False) -> bytes:
+    """point, toward [N, 3] -> pdf_solid_angle [N]."""
+    graph = Graph("sampler_pdf")
+    point, toward = graph.input("point", 3), graph.input("toward", 3)
+    view, context = _point(graph, point, network.encoding, compact=compact)
+    z, inside = direction_to_cap(graph, toward, view)
+    density = flow_density(graph, z, context, network.flow)
+    pdf = graph.where(view.outside & inside, _pdf(network, density, view), 0.0)
+    graph.output("pdf_solid_angle", graph.flatten(pdf))
+    return graph.to_bytes()
+
+
+def fast_map(network: FastMap, *, compact: bool = False) -> bytes:
+    """point [N, 3] -> radiance_map [N, 16, 16, 3] in W/(m² sr)."""
+    graph = Graph("fast_map")
+    _, context = _point(graph, graph.input("point", 3), network.encoding, compact=compact)
+    channels = network.channels.cpu().numpy()
+    maps = []
+    for channel in np.flatnonzero(channels) if channels.any() else [0]:
+        one_hot = Features(context.value, *_with_constant(context, np.eye(3)[channel]))
+        maps.append(mlp(graph, one_hot, network.network))
+    present = np.cumsum(channels > 0).clip(1) - 1
+    log = graph.clip(graph.concat([maps[int(k)] for k in present]), 0.0, MAX_LOG)
+    gain = np.repeat(channels * network.radiance_scale, SIZE * SIZE)
+    radiance = graph.reshape((graph.exp(log) - 1.0) * gain, 3, SIZE, SIZE)
+    graph.output("radiance_map", graph.channels_last(radiance))
+    return graph.to_bytes()
+
+
+def _with_constant(features: Features, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Affine map of features followed by constants."""
+    matrix = np.pad(features.matrix, ((0, len(values)), (0, 0)))
+    return matrix, np.concatenate([features.offset, values])
+
+
+def _surface(graph: Graph, network: SurfaceNetwork, *, compact: bool) -> Value:
+    """The outputs of a surface network before its last activation: [N, 3]."""
+    position, normal, outgoing = (
+        graph.input(name, 3) for name in ("position", "normal", "outgoing")
+    )
+    scale = 0.5 / network.radius
+    unit = (position - network.centre.double().numpy()) * scale + 0.5
+    degree = network.harmonics.degree
+    parts = [
+        grid(graph, unit, network.grid, compact=compact),
+        harmonics(graph, outgoing, degree),
+        harmonics(graph, normal, degree),
+    ]
+    return mlp(graph, join(graph, parts), network.network)
+
+
+def _point(
+    graph: Graph, point: Value, encoding: PointEncoding, *, compact: bool
+) -> tuple[Cap, Features]:
+    """The cap seen from a point, and the point's encoding (`PointEncoding`)."""
+    view = cap(graph, point, tuple(encoding.centre.tolist()), encoding.radius)
+    ratio = graph.clip(view.distance, 1.0, encoding.r_max)
+    half = 0.25 + graph.log(ratio) * (0.25 / math.log(encoding.r_max))
+    unit = 0.5 - view.radial * half
+    angle = graph.asin(1.0 / ratio) * (2 / math.pi)
+    parts = [grid(graph, unit, encoding.grid, compact=compact), one_blob(graph, angle, ANGLE_BINS)]
+    return view, join(graph, parts)
+
+
+def _pdf(network: Sampler, density: Value, view: Cap) -> Value:
+    """Density per solid angle of the defensive mixture: [N, 1]."""
+    b = network.uniform_fraction
+    return (density * (1 - b) + b) / (view.one_minus_cos * (2 * math.pi))
