@@ -1,0 +1,60 @@
+"""`purelight-train`: a luminaire scene becomes a run directory of trained networks."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from purelight_format.errors import PureLightError
+
+from purelight_train.presets import PRESETS
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="purelight-train", description=__doc__)
+    parser.add_argument("luminaire", type=Path, help="Mitsuba 3 scene that holds only a lamp")
+    parser.add_argument("--output", type=Path, required=True, metavar="RUN", help="run directory")
+    parser.add_argument("--preset", choices=sorted(PRESETS), default="draft")
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--resume", action="store_true", help="continue an interrupted run")
+    parser.add_argument("--device", choices=("auto", "cpu", "cuda"), default="auto")
+    parser.add_argument("--threads", type=int, default=os.cpu_count(), help="CPU threads")
+    return parser
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command; returns its exit code, 2 for a fault the user can mend."""
+    arguments = _parser().parse_args(argv)
+    try:
+        return _train(arguments)
+    except PureLightError as error:
+        print(f"purelight-train: error: {error}", file=sys.stderr)
+        return 2
+
+
+def _train(arguments: argparse.Namespace) -> int:
+    import torch  # noqa: PLC0415 - keep --help quick
+    from purelight_mitsuba import platform  # noqa: PLC0415
+
+    device = arguments.device
+    if device == "auto":
+        device = "cuda" if torch.cuda.is_available() else "cpu"
+    torch.set_num_threads(arguments.threads)
+    torch.set_float32_matmul_precision("medium" if device == "cpu" else "high")
+    platform.use("llvm_ad_rgb" if device == "cpu" else "cuda_ad_rgb")
+
+    from purelight_train.pipeline import start  # noqa: PLC0415
+
+    training = start(
+        arguments.luminaire, arguments.output, PRESETS[arguments.preset], arguments.seed, device,
+        resume=arguments.resume,
+    )  # fmt: skip
+    metrics = training()
+    flux = ", ".join(f"{f:.4g}" for f in metrics["flux"])
+    print(f"{arguments.output}: flux {flux} W; held-out gain "
+          f"{metrics['held_out_gain_nats']:.3f} nats; next: purelight-export {arguments.output} "
+          "--output lamp.plux")  # fmt: skip
+    return 0
