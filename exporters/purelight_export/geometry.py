@@ -14,6 +14,7 @@ from purelight_export.graph import Graph, Value
 
 QUARTER_PI = math.pi / 4
 TINY = 1e-20
+FAR = 1e15  # Radii; farther points count as this far, so that squares stay finite.
 
 
 def dot(graph: Graph, a: Value, b: Value) -> Value:
@@ -80,7 +81,7 @@ class Cap:
 
 def cap(graph: Graph, point: Value, centre: tuple[float, ...], radius: float) -> Cap:
     """Returns the cap that the sphere covers, seen from points [N, 3]."""
-    offset = (graph.constant(centre) - point) * (1.0 / radius)
+    offset = graph.clip((graph.constant(centre) - point) * (1.0 / radius), -FAR, FAR)
     distance = graph.sqrt(dot(graph, offset, offset))
     radial = offset / graph.maximum(distance, TINY)
     axis = graph.where(distance > 0.0, radial, np.array([0.0, 0.0, 1.0]))
@@ -108,4 +109,5 @@ def direction_to_cap(graph: Graph, toward: Value, cap: Cap) -> tuple[Value, Valu
     x, y = dot(graph, delta, tangent) / q, dot(graph, delta, bitangent) / q
     rho = x * x + y * y
     shrink = 1.0 / graph.sqrt(graph.maximum(rho, 1.0))
-    return disk_to_square(graph, x * shrink, y * shrink), rho <= 1.0
+    ahead = m <= 1.5  # The direction opposite to the axis has x = y = 0 as well.
+    return disk_to_square(graph, x * shrink, y * shrink), (rho <= 1.0) & ahead

@@ -220,6 +220,8 @@ class Graph:
     def linear(self, x: Value, weight: Any, bias: Any) -> Value:
         """Returns x weight' + bias, weight [out, in]."""
         matrix, offset = self.constant(weight), self.constant(bias)
+        if matrix.shape[1:] != x.shape or offset.shape != matrix.shape[:1]:
+            raise ValueError(f"weight {matrix.shape}, bias {offset.shape}, but input {x.shape}")
         return self.node("Gemm", [x, matrix, offset], [matrix.shape[:1]], x.dtype, transB=1)[0]
 
     def gather(self, table: Value, index: Value) -> Value:

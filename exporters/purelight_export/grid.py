@@ -6,6 +6,8 @@ first and the levels of one corner next.
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 from purelight_train.encodings import GridEncoding
 
@@ -35,7 +37,9 @@ def grid(graph: Graph, x: Value, encoding: GridEncoding, *, compact: bool = Fals
     values = [
         v for group in groups for v in _lookup(graph, group, index, features, compact=compact)
     ]
-    sums = graph.concat([_sum_corners(graph, value * weight, levels) for value in values])
+    sums = graph.concat(
+        [_sum_corners(graph, value * weight, levels) for value in values[:features]]
+    )
     order = np.arange(levels * features).reshape(features, levels).T.reshape(-1)
     matrix = np.eye(levels * features)[order] * scale.reshape(-1, 1)
     return Features(sums, matrix, offset.reshape(-1))
@@ -50,13 +54,11 @@ def quantize(
         [T, F] int32, scale [L, F], offset [L, F].
     """
     bounds = [*encoding.offsets, len(table)]
-    parts = [table[a:b] for a, b in zip(bounds[:-1], bounds[1:], strict=True)]
+    parts = [table[a:b] for a, b in pairwise(bounds)]
     offset = np.stack([part.min(0) for part in parts])
     span = np.stack([part.max(0) for part in parts]) - offset
     scale = np.where(span > 0, span, 1.0) / (PACK - 1)
-    codes = [
-        np.rint((part - o) / s) for part, o, s in zip(parts, offset, scale, strict=True)
-    ]
+    codes = [np.rint((part - o) / s) for part, o, s in zip(parts, offset, scale, strict=True)]
     return np.concatenate(codes).astype(np.int32), scale, offset
 
 
@@ -79,9 +81,7 @@ def _lookup(
     return [graph.cast(high, np.float32), graph.cast(pair - high * PACK, np.float32)]
 
 
-def _corners(
-    graph: Graph, x: Value, encoding: GridEncoding, entry: int
-) -> tuple[Value, Value]:
+def _corners(graph: Graph, x: Value, encoding: GridEncoding, entry: int) -> tuple[Value, Value]:
     """Table indices, in units of one of `entry` features, and trilinear weights: [N, 8 L] each."""
     levels, resolution = encoding.levels, np.array(encoding.resolutions, np.float64)
     scale = np.kron(np.eye(3), resolution[:, None])

@@ -1,0 +1,73 @@
+"""`purelight-view`: a picture of a bundle, without a renderer."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from tqdm import tqdm
+
+from purelight_format import atomic
+from purelight_format.errors import PureLightError
+from purelight_onnx.camera import Camera
+from purelight_onnx.luminaire import Luminaire
+from purelight_onnx.picture import png, write_exr
+from purelight_onnx.viewer import render
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Runs the command; returns 0, or 2 after a one-line error."""
+    options = _parser().parse_args(argv)
+    try:
+        view(options)
+    except (PureLightError, OSError) as error:
+        print(f"purelight-view: error: {error}", file=sys.stderr)
+        return 2
+    return 0
+
+
+def view(options: argparse.Namespace) -> None:
+    """Renders and writes the picture and its preview."""
+    if options.output.suffix.lower() != ".exr":
+        raise PureLightError(f"{options.output}: the picture's name must end in .exr")
+    if not 1 <= options.spp <= 65536:
+        raise PureLightError("--spp must be 1 to 65,536")
+    luminaire = Luminaire.open(options.bundle, threads=options.threads)
+    camera = Camera.orbit(
+        luminaire.manifest.bounding_sphere,
+        azimuth=options.azimuth,
+        elevation=options.elevation,
+        distance=options.distance,
+        size=options.size,
+        lens=options.lens,
+    )
+    total = options.spp * options.size**2
+    with tqdm(total=total, unit="ray", unit_scale=True, desc="view", delay=1) as bar:
+        image = render(
+            luminaire, camera, samples=options.spp, background=options.background,
+            seed=options.seed, progress=bar.update,
+        )  # fmt: skip
+    write_exr(options.output, image, half=options.half)
+    atomic.write_bytes(options.output.with_suffix(".png"), png(image, options.exposure))
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="purelight-view", description=__doc__)
+    add = parser.add_argument
+    add("bundle", type=Path, help="the lamp, a .plux file")
+    add("--output", type=Path, required=True, help="picture.exr; a .png preview goes beside it")
+    add("--size", type=int, default=256, help="pixels along each side")
+    add("--spp", type=int, default=4, help="rays per pixel")
+    add("--azimuth", type=float, default=30.0, help="degrees from +X")
+    add("--elevation", type=float, default=10.0, help="degrees above the horizon")
+    add("--distance", type=float, default=4.0, help="from the centre, in radii of the lamp")
+    add("--lens", type=float, default=0.0, help="radius of a thin lens, in radii of the lamp")
+    add("--background", type=float, nargs=3, default=(0.0, 0.0, 0.0), metavar=("R", "G", "B"))
+    add("--exposure", type=float, help="stops of the preview (default: by the picture)")
+    add("--half", action="store_true", help="half floats in the EXR file")
+    add("--seed", type=int, default=0)
+    add("--threads", type=int, default=min(4, os.cpu_count() or 1))
+    return parser

@@ -1,0 +1,57 @@
+"""Rays against the exit surface of a luminaire, with Embree."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import trimesh
+from purelight_format.geometry import BoundingSphere
+from purelight_format.surface import Surface
+from trimesh.ray.ray_pyembree import RayMeshIntersector
+
+
+@dataclass(frozen=True)
+class Hits:
+    """The rays that meet the surface.
+
+    Arguments:
+        ray: [M] index of the ray.
+        position: [M, 3] in metres.
+        normal: [M, 3] geometric unit normals, turned against the ray.
+    """
+
+    ray: np.ndarray
+    position: np.ndarray
+    normal: np.ndarray
+
+
+class ExitSurface:
+    """The triangles of a luminaire, in units of its radius, so that any lamp is of size one."""
+
+    def __init__(self, surface: Surface, sphere: BoundingSphere) -> None:
+        self.centre, self.radius = np.array(sphere.center, np.float64), sphere.radius
+        vertices = (surface.positions.astype(np.float64) - self.centre) / self.radius
+        self.corner = vertices[surface.triangles]
+        cross = np.cross(
+            self.corner[:, 1] - self.corner[:, 0], self.corner[:, 2] - self.corner[:, 0]
+        )
+        area = np.linalg.norm(cross, axis=1, keepdims=True)
+        self.normal = cross / np.where(area > 0, area, 1)
+        mesh = trimesh.Trimesh(vertices, surface.triangles, process=False)
+        self._embree = RayMeshIntersector(mesh, scale_to_box=False)
+
+    def intersect(self, origin: np.ndarray, direction: np.ndarray) -> Hits:
+        """First hits of rays: origins in metres and unit directions, [N, 3] each."""
+        start = (origin - self.centre) / self.radius
+        triangle = self._embree.intersects_first(start, direction)
+        ray = np.flatnonzero(triangle >= 0)
+        triangle, start, direction = triangle[ray], start[ray], direction[ray]
+        normal = self.normal[triangle]
+        cosine = (direction * normal).sum(1)
+        solid = np.abs(cosine) > 0
+        ray, triangle, start, direction = (v[solid] for v in (ray, triangle, start, direction))
+        normal, cosine = normal[solid], cosine[solid]
+        depth = ((self.corner[triangle, 0] - start) * normal).sum(1) / cosine
+        position = self.centre + self.radius * (start + depth[:, None] * direction)
+        return Hits(ray, position, np.where(cosine[:, None] > 0, -normal, normal))

@@ -1,0 +1,43 @@
+"""Pictures as files: linear OpenEXR, and a tone-mapped PNG preview."""
+
+from __future__ import annotations
+
+import io
+import tempfile
+from pathlib import Path
+
+import numpy as np
+import OpenEXR
+from PIL import Image
+
+from purelight_format import atomic
+
+LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
+
+
+def write_exr(path: Path, image: np.ndarray, *, half: bool = False) -> None:
+    """Writes a linear picture [H, W, 3]; half floats stop at 65,504."""
+    pixels = image.clip(-65504, 65504).astype(np.float16) if half else image.astype(np.float32)
+    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
+    with tempfile.TemporaryDirectory() as folder:
+        draft = Path(folder) / "image.exr"
+        with OpenEXR.File(header, {"RGB": np.ascontiguousarray(pixels)}) as file:
+            file.write(str(draft))
+        atomic.write_bytes(path, draft.read_bytes())
+
+
+def exposure(image: np.ndarray) -> float:
+    """Stops that bring the brightest hundredth of the lit pixels to white."""
+    luminance = image @ LUMINANCE
+    lit = luminance[luminance > 0]
+    return float(-np.log2(np.percentile(lit, 99))) if lit.size else 0.0
+
+
+def png(image: np.ndarray, stops: float | None = None) -> bytes:
+    """Encodes `1 - exp(-1.5 L 2^stops)` as sRGB, so that highlights keep their colour longer."""
+    gain = 2.0 ** (exposure(image) if stops is None else stops)
+    mapped = 1 - np.exp(-1.5 * gain * np.maximum(image.astype(np.float64), 0))
+    encoded = np.where(mapped < 0.0031308, 12.92 * mapped, 1.055 * mapped ** (1 / 2.4) - 0.055)
+    buffer = io.BytesIO()
+    Image.fromarray(np.rint(255 * encoded).astype(np.uint8)).save(buffer, "PNG")
+    return buffer.getvalue()
