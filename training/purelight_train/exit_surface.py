@@ -122,6 +122,7 @@ class ExitSurface:
         full = si.compute_surface_interaction(ray, +mi.RayFlags.Minimal)
         index = np.flatnonzero(np.array(si.is_valid()))
         front = dr.dot(full.n, ray.d) <= 0
+        dr.eval(si, full, front)
         normal = np.array(dr.select(front, full.n, -full.n)).T[index]
         position = np.array(full.p).T[index]
         triangle = np.array(si.prim_index)[index].astype(np.uint32)

@@ -16,8 +16,8 @@ from purelight_format.errors import PureLightError
 
 from purelight_train.exit_records import ExitRecords
 
-MAX_DEPTH = 512
-ROULETTE_DEPTH = 24
+MAX_DEPTH = 256
+ROULETTE_DEPTH = 8
 BATCH = 1 << 20
 
 
@@ -67,7 +67,7 @@ def trace_paths(scene: Any, sampler: Any) -> tuple[Any, ...]:
         depth = dr.select(vertex, depth + 1, depth)
         # Roulette on the power left of what was emitted
         roulette = active & (depth > ROULETTE_DEPTH)
-        survival = dr.clip(dr.max(weight) / emitted, 0.05, 0.98)
+        survival = dr.clip(dr.max(weight) / emitted, 0.05, 0.95)
         weight = dr.select(roulette, weight / survival, weight)
         active &= ~roulette | (sampler.next_1d(active) < survival)
         active &= depth < MAX_DEPTH
@@ -105,7 +105,9 @@ def trace_records(
 def _trace_batch(scene: Any, seed: int) -> ExitRecords:
     sampler = mi.load_dict({"type": "independent"})
     sampler.seed(seed & 0xFFFFFFFF, BATCH)
-    position, normal, direction, weight, escaped, depth = trace_paths(scene, sampler)
+    traced = trace_paths(scene, sampler)
+    dr.eval(traced)  # once, or every array below would run the loop again
+    position, normal, direction, weight, escaped, depth = traced
     finite = dr.all(dr.isfinite(weight)) & dr.all(dr.isfinite(position))
     finite &= dr.all(dr.isfinite(direction))
     keep = escaped & finite & (dr.max(weight) > 0)

@@ -78,12 +78,12 @@ def _check_emitters(path: Path, scene: Any) -> None:
                 f"{path}: emitter '{emitter.id()}' shines from infinity; a lamp needs area, "
                 "point or spot emitters"
             )
-        shape = emitter.get_shape()
-        if shape is not None and shape.is_mesh() and shape.has_vertex_normals():
+    for shape in scene.shapes():
+        if shape.is_emitter() and isinstance(shape, mi.Mesh) and shape.has_vertex_normals():
             warnings.warn(
                 f"emitter mesh '{shape.id()}' has smooth normals, which biases its emission; "
                 "set face_normals to true",
-                stacklevel=2,
+                stacklevel=3,
             )
 
 

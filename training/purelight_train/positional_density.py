@@ -109,7 +109,7 @@ class PositionalDensity:
         photons = NeighbourSum(
             records.position, records.direction, records.weight / records.paths, radius
         )
-        count = 2 * len(records)
+        count = len(records)
         point, normal = surface.sample(count, rng)
         weight = np.full((count, 3), surface.area / count, np.float32)
         return PositionalDensity(photons, NeighbourSum(point, normal, weight, radius), radius)
