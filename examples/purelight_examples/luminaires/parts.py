@@ -31,7 +31,7 @@ def helix(turns: int, radius: float, length: float, steps_per_turn: int) -> Floa
 
 
 def revolve(profile: ArrayLike, sections: int) -> trimesh.Trimesh:
-    """A closed surface of revolution about Z from a profile [K, 2] of (r, z) that ends on the axis."""
+    """A closed surface of revolution about Z from a profile [K, 2] of (r, z), ends on the axis."""
     inner = np.asarray(profile, np.float64)[1:-1]
     low, high = np.asarray(profile, np.float64)[[0, -1], 1]
     angle = np.linspace(0, 2 * np.pi, sections, endpoint=False)
