@@ -85,16 +85,22 @@ def emitted_flux(parts: Sequence[Part]) -> RGB:
 
 
 def write_scene(folder: Path, name: str, parts: Sequence[Part]) -> Path:
-    """Write `<name>.xml` and `meshes/<name>_<part>.ply` into the folder; returns the XML's path."""
-    (folder / "meshes").mkdir(parents=True, exist_ok=True)
+    """Write `<name>.xml` and its meshes into the folder; returns the XML's path."""
     scene = ET.Element("scene", version="3.0.0")
+    scene.extend(write_parts(folder, name, parts))
+    return write_xml(folder / f"{name}.xml", scene)
+
+
+def write_parts(folder: Path, name: str, parts: Sequence[Part]) -> list[ET.Element]:
+    """Write `meshes/<name>_<part>.ply` into the folder; returns the shapes that name them."""
+    (folder / "meshes").mkdir(parents=True, exist_ok=True)
+    shapes = []
     for part in parts:
         filename = f"meshes/{name}_{part.name}.ply"
-        atomic.write_bytes(
-            folder / filename, part.mesh.export(file_type="ply", vertex_normal=False)
-        )
-        scene.append(part.element(filename))
-    return write_xml(folder / f"{name}.xml", scene)
+        mesh = part.mesh.export(file_type="ply", vertex_normal=False)
+        atomic.write_bytes(folder / filename, mesh)
+        shapes.append(part.element(filename))
+    return shapes
 
 
 def write_xml(path: Path, scene: ET.Element) -> Path:

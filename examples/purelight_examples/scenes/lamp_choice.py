@@ -1,0 +1,105 @@
+"""The lamp that lights a scene: the asset, the real lamp, or a plain sphere of equal flux."""
+
+from __future__ import annotations
+
+import copy
+import os
+import xml.etree.ElementTree as ET
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+
+Point = tuple[float, float, float]
+
+
+class LampChoice(Protocol):
+    """What a scene needs of its lamp: XML for the lamp, and the integrator that renders it."""
+
+    def elements(self, folder: Path, at: Point) -> list[ET.Element]:
+        """The lamp with its frame's origin at `at`, for a scene file in `folder`."""
+        ...
+
+    def integrator(self) -> ET.Element:
+        """The integrator for a scene with this lamp."""
+        ...
+
+
+@dataclass(frozen=True)
+class NeuralLamp:
+    """A `.plux` bundle; `mode` is accurate or fast."""
+
+    bundle: Path
+    mode: str = "accurate"
+
+    def elements(self, folder: Path, at: Point) -> list[ET.Element]:
+        """One `purelight` emitter."""
+        emitter = ET.Element("emitter", type="purelight", id="lamp")
+        name = _relative(self.bundle, folder)
+        ET.SubElement(emitter, "string", name="filename", value=name)
+        emitter.append(_translation(at))
+        return [emitter]
+
+    def integrator(self) -> ET.Element:
+        """The `purelight` integrator in this mode."""
+        integrator = ET.Element("integrator", type="purelight")
+        ET.SubElement(integrator, "string", name="mode", value=self.mode)
+        return integrator
+
+
+@dataclass(frozen=True)
+class RealLamp:
+    """The shapes of a lamp's scene file; `plugin` is path, or ptracer to light trace."""
+
+    scene: Path
+    plugin: str = "path"
+
+    def elements(self, folder: Path, at: Point) -> list[ET.Element]:
+        """The lamp's shapes, with their files named from `folder`."""
+        shapes = [copy.deepcopy(e) for e in ET.parse(self.scene).getroot().iter("shape")]
+        for shape in shapes:
+            for name in shape.findall("string[@name='filename']"):
+                name.set("value", _relative(self.scene.parent / name.attrib["value"], folder))
+            shape.append(_translation(at))
+        return shapes
+
+    def integrator(self) -> ET.Element:
+        """The stock integrator, with no limit on the bounces in the glass."""
+        integrator = ET.Element("integrator", type=self.plugin)
+        ET.SubElement(integrator, "integer", name="max_depth", value="-1")
+        ET.SubElement(integrator, "integer", name="rr_depth", value="8")
+        return integrator
+
+
+@dataclass(frozen=True)
+class SphereLamp:
+    """A diffuse sphere that sends out `flux` in W per channel; radius in metres."""
+
+    flux: tuple[float, float, float]
+    radius: float = 0.05
+
+    def elements(self, folder: Path, at: Point) -> list[ET.Element]:
+        """One sphere with an area emitter: radiance = flux / (4 pi² radius²)."""
+        shape = ET.Element("shape", type="sphere", id="lamp")
+        ET.SubElement(shape, "float", name="radius", value=str(self.radius))
+        shape.append(_translation(at))
+        emitter = ET.SubElement(shape, "emitter", type="area")
+        radiance = np.asarray(self.flux) / (4 * np.pi**2 * self.radius**2)
+        value = ", ".join(f"{v:.6g}" for v in radiance)
+        ET.SubElement(emitter, "rgb", name="radiance", value=value)
+        return [shape]
+
+    def integrator(self) -> ET.Element:
+        """The stock path tracer."""
+        return RealLamp(Path()).integrator()
+
+
+def _translation(at: Point) -> ET.Element:
+    transform = ET.Element("transform", name="to_world")
+    ET.SubElement(transform, "translate", value=", ".join(f"{v:g}" for v in at))
+    return transform
+
+
+def _relative(file: Path, folder: Path) -> str:
+    return os.path.relpath(file.resolve(), folder.resolve()).replace(os.sep, "/")
