@@ -8,11 +8,11 @@ from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
-from purelight_train.encodings import harmonics_matrix, monomial_exponents
 from scipy.linalg import block_diag
 from torch import nn
 
 from purelight_export.graph import Graph, Value
+from purelight_train.encodings import harmonics_matrix, monomial_exponents
 
 
 @dataclass(frozen=True)
@@ -95,11 +95,27 @@ def linear_weights(layer: nn.Linear) -> tuple[np.ndarray, np.ndarray]:
     return weight, np.zeros(len(weight)) if bias is None else bias.detach().cpu().double().numpy()
 
 
-def mlp(graph: Graph, features: Features, network: nn.Sequential) -> Value:
-    """ReLU network; its first layer absorbs the features' affine map: -> [N, outputs]."""
+def mlp(graph: Graph, parts: Sequence[Features], network: nn.Sequential) -> Value:
+    """ReLU network over features side by side: -> [N, outputs].
+
+    Its first layer absorbs the features' affine maps. It is written as a sum over the parts, so
+    that networks which share a part and its weights (a flow run both ways) share that product.
+    """
     layers = [layer for layer in network if isinstance(layer, nn.Linear)]
-    weight, bias = linear_weights(layers[0])
-    x = graph.linear(features.value, weight @ features.matrix, bias + weight @ features.offset)
+    x = _first_layer(graph, parts, *linear_weights(layers[0]))
     for layer in layers[1:]:
         x = graph.linear(graph.relu(x), *linear_weights(layer))
     return x
+
+
+def _first_layer(
+    graph: Graph, parts: Sequence[Features], weight: np.ndarray, bias: np.ndarray
+) -> Value:
+    ends = np.cumsum([len(part.offset) for part in parts])
+    total: Value | None = None
+    for part, block in zip(parts, np.split(weight, ends[:-1], 1), strict=True):
+        offset = block @ part.offset + (bias if total is None else 0)
+        term = graph.linear(part.value, block @ part.matrix, offset)
+        total = term if total is None else total + term
+    assert total is not None
+    return total

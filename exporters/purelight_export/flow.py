@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Sequence
 
 import numpy as np
+
+from purelight_export.encodings import Features, mlp, one_blob
+from purelight_export.graph import Graph, Value
 from purelight_train.coupling_flow import (
     BLOB_BINS,
     MIN_HEIGHT,
@@ -13,84 +16,101 @@ from purelight_train.coupling_flow import (
     CouplingFlow,
 )
 
-from purelight_export.encodings import Features, join, mlp, one_blob
-from purelight_export.graph import Graph, Value
-
 
 class Spline:
-    """One piecewise-quadratic CDF on [0, 1] per row, with floored bins, from logits [N, 2K + 1]."""
+    """One piecewise-quadratic CDF on [0, 1] per row, with floored bins, from logits [N, 2K + 1].
+
+    Only the bin that holds the argument is normalised, wherever that is possible.
+    """
 
     def __init__(self, graph: Graph, logits: Value) -> None:
         bins = (logits.shape[0] - 1) // 2
         self.graph = graph
         widths, heights = graph.split(logits, [bins, bins + 1])
         self.width = graph.softmax(widths) * (1 - bins * MIN_WIDTH) + MIN_WIDTH
-        raw = graph.softmax(heights)
-        left, right = graph.slice(raw, 0, bins), graph.slice(raw, 1, bins + 1)
-        area = (left + right) * self.width * 0.5
-        scale = (1 - MIN_HEIGHT) / graph.sum(area)
-        self.height = raw * scale + MIN_HEIGHT
+        self.raw = graph.softmax(heights)
+        left, right = graph.slice(self.raw, 0, bins), graph.slice(self.raw, 1, bins + 1)
+        double_area = (left + right) * self.width
+        self.scale = (1 - MIN_HEIGHT) / graph.sum(double_area)
         self.edge = graph.cumulative_sum(self.width, exclusive=True)
-        cell = area * scale + self.width * MIN_HEIGHT
-        self.cdf = graph.cumulative_sum(cell, exclusive=True)
+        self.area = graph.cumulative_sum(double_area, exclusive=True)
 
-    def _bin(self, x: Value, knots: Value) -> tuple[Value, Value, Value, Value, Value]:
-        """Start, width, CDF, left and right height of the bin that holds x; each [N, 1]."""
+    def _bin(self, index: Value) -> tuple[Value, Value, Value, Value, Value]:
+        """Start, width, CDF, left and right height of a bin; each [N, 1]."""
         graph = self.graph
-        index = graph.sum(graph.cast(x >= knots, np.int32)) - 1
-        start, width, cdf, left = (
-            graph.pick(values, index) for values in (self.edge, self.width, self.cdf, self.height)
+        start, width, area, left = (
+            graph.pick(values, index) for values in (self.edge, self.width, self.area, self.raw)
         )
-        return start, width, cdf, left, graph.pick(self.height, index + 1)
+        right, double = graph.pick(self.raw, index + 1), 2.0 * self.scale
+        cdf = area * self.scale + start * MIN_HEIGHT
+        return start, width, cdf, left * double + MIN_HEIGHT, right * double + MIN_HEIGHT
+
+    def _last(self, reached: Value) -> Value:
+        """Index of the last knot that is reached: [N, K] -> [N, 1]."""
+        return self.graph.sum(self.graph.cast(reached, np.int32)) - 1
 
     def forward(self, x: Value) -> tuple[Value, Value]:
         """CDF and density at x: [N, 1] -> [N, 1], [N, 1]."""
-        start, width, cdf, left, right = self._bin(x, self.edge)
+        start, width, cdf, left, right = self._bin(self._last(x >= self.edge))
         a = self.graph.clip((x - start) / width, 0.0, 1.0)
         rise = a * (right - left)
         u = cdf + width * a * (left + 0.5 * rise)
         return self.graph.clip(u, 0.0, 1.0), left + rise
 
-    def inverse(self, u: Value) -> tuple[Value, Value]:
-        """Point whose CDF is u, and the density there: [N, 1] -> [N, 1], [N, 1]."""
+    def inverse(self, u: Value) -> Value:
+        """Point whose CDF is u, by the root that is free of cancellation: [N, 1] -> [N, 1]."""
         graph = self.graph
-        start, width, cdf, left, right = self._bin(u, self.cdf)
+        knots = self.area * self.scale + self.edge * MIN_HEIGHT
+        start, width, cdf, left, right = self._bin(self._last(u >= knots))
         r = graph.relu((u - cdf) / width)
-        slope = right - left
-        root = graph.sqrt(graph.relu(left * left + 2.0 * slope * r))
+        root = graph.sqrt(graph.relu(left * left + 2.0 * (right - left) * r))
         a = graph.clip(2.0 * r / (left + root), 0.0, 1.0)
-        return graph.clip(start + a * width, 0.0, 1.0), left + a * slope
+        return graph.clip(start + a * width, 0.0, 1.0)
 
 
-def flow_sample(graph: Graph, u: Value, context: Features, flow: CouplingFlow) -> list[Value]:
-    """Uniform u [N, 2] to a point of the square: its coordinates and density, each [N, 1]."""
-    layers = list(reversed(list(flow.couplings)))
-    return _run(graph, u, context, layers, Spline.inverse)
-
-
-def flow_density(graph: Graph, z: Value, context: Features, flow: CouplingFlow) -> Value:
-    """Density at points z [N, 2] of the square with respect to area: [N, 1]."""
-    return _run(graph, z, context, list(flow.couplings), Spline.forward)[2]
-
-
-def _run(
+def flow_sample(
     graph: Graph,
-    point: Value,
+    start: Sequence[Value],
     context: Features,
-    layers: list,
-    warp: Callable[[Spline, Value], tuple[Value, Value]],
+    flow: CouplingFlow,
+    unchanged: Value | None = None,
 ) -> list[Value]:
-    """Applies couplings in turn; the density is the product of the splines' densities.
+    """Uniform coordinates to those of a point of the square, each [N, 1].
+
+    Arguments:
+        unchanged: [N, 1] rows that keep their start. At the end they condition the last coupling
+            like any other row, so `flow_density` of the result shares that coupling's network.
+    """
+    point = list(start)
+    for layer in reversed(_couplings(flow)):
+        moved = _spline(graph, layer, point, context).inverse(point[layer.dimension])
+        if unchanged is not None:
+            moved = graph.where(unchanged, start[layer.dimension], moved)
+        point[layer.dimension] = moved
+    return point
+
+
+def flow_density(
+    graph: Graph, point: Sequence[Value], context: Features, flow: CouplingFlow
+) -> Value:
+    """Density at points of the square with respect to area: two [N, 1] -> [N, 1].
 
     The floors bound each factor to [1e-3, 1e3], so the product needs no logarithm.
     """
-    coordinates = graph.columns(graph.clip(point, 0.0, 1.0))
+    point = list(point)
     density: Value | None = None
-    for layer in layers:
-        assert isinstance(layer, Coupling)
-        other = one_blob(graph, coordinates[1 - layer.dimension], BLOB_BINS)
-        spline = Spline(graph, mlp(graph, join(graph, [context, other]), layer.network))
-        coordinates[layer.dimension], factor = warp(spline, coordinates[layer.dimension])
+    for layer in _couplings(flow):
+        spline = _spline(graph, layer, point, context)
+        point[layer.dimension], factor = spline.forward(point[layer.dimension])
         density = factor if density is None else density * factor
     assert density is not None
-    return [*coordinates, density]
+    return density
+
+
+def _couplings(flow: CouplingFlow) -> list[Coupling]:
+    return [layer for layer in flow.couplings if isinstance(layer, Coupling)]
+
+
+def _spline(graph: Graph, layer: Coupling, point: Sequence[Value], context: Features) -> Spline:
+    other = one_blob(graph, point[1 - layer.dimension], BLOB_BINS)
+    return Spline(graph, mlp(graph, [context, other], layer.network))

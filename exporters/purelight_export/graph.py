@@ -98,14 +98,20 @@ class Graph:
         self._outputs.append(renamed)
 
     def constant(self, array: Any, dtype: Any = np.float32) -> Value:
-        """Returns the initializer that holds this array (shape [1] for a scalar)."""
-        data = np.atleast_1d(np.asarray(array, dtype))
+        """Returns the initializer that holds this array.
+
+        A number has shape [1, 1]: against [N, 1], ONNX Runtime is 20 times slower with less.
+        """
+        data = np.asarray(array, dtype)
+        if data.ndim == 0:
+            return self._initializer(data.reshape(1, 1), (1,))
         return self._initializer(data)
 
-    def _initializer(self, data: np.ndarray) -> Value:
+    def _initializer(self, data: np.ndarray, shape: tuple[int, ...] | None = None) -> Value:
         key = (data.dtype.str, data.shape, data.tobytes())
         if key not in self._constants:
-            value = Value(self, f"c{len(self._constants)}", data.shape, data.dtype)
+            row = data.shape if shape is None else shape
+            value = Value(self, f"c{len(self._constants)}", row, data.dtype)
             self._constants[key] = (value, np.ascontiguousarray(data))
         return self._constants[key][0]
 

@@ -9,10 +9,10 @@ from __future__ import annotations
 from itertools import pairwise
 
 import numpy as np
-from purelight_train.encodings import GridEncoding
 
 from purelight_export.encodings import Features
 from purelight_export.graph import Graph, Value
+from purelight_train.encodings import GridEncoding
 
 CORNERS = [(c & 1, c >> 1 & 1, c >> 2) for c in range(8)]
 PACK = 1 << 15

@@ -5,18 +5,18 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from purelight_train.fast_map import SIZE, FastMap
-from purelight_train.point_encoding import ANGLE_BINS, PointEncoding
-from purelight_train.sampler import Sampler
-from purelight_train.student import MAX_LOG, Student
-from purelight_train.surface_network import SurfaceNetwork
-from purelight_train.transparency import Transparency
 
 from purelight_export.encodings import Features, harmonics, join, mlp, one_blob
 from purelight_export.flow import flow_density, flow_sample
 from purelight_export.geometry import Cap, cap, cap_to_direction, direction_to_cap
 from purelight_export.graph import Graph, Value
 from purelight_export.grid import grid
+from purelight_train.fast_map import SIZE, FastMap
+from purelight_train.point_encoding import ANGLE_BINS, PointEncoding
+from purelight_train.sampler import Sampler
+from purelight_train.student import MAX_LOG, Student
+from purelight_train.surface_network import SurfaceNetwork
+from purelight_train.transparency import Transparency
 
 
 def appearance(student: Student, *, compact: bool = False) -> bytes:
@@ -44,10 +44,9 @@ def sampler(network: Sampler, *, compact: bool = False) -> bytes:
     first, second = graph.columns(u)
     uniform = first < b
     first = graph.where(uniform, first * (1 / b), (first - b) * (1 / (1 - b)))
-    start = graph.clip(graph.concat([first, second]), 0.0, 1.0)
-    warped = graph.concat(flow_sample(graph, start, context, network.flow)[:2])
-    z = graph.where(uniform, start, warped)
-    toward = cap_to_direction(graph, z, view)
+    start = [graph.clip(x, 0.0, 1.0) for x in (first, second)]
+    z = flow_sample(graph, start, context, network.flow, uniform)
+    toward = cap_to_direction(graph, graph.concat(z), view)
     graph.output("toward", graph.where(view.outside, toward, view.axis))
     density = flow_density(graph, z, context, network.flow)
     pdf = graph.where(view.outside, _pdf(network, density, view), 0.0)
@@ -61,7 +60,7 @@ def sampler_pdf(network: Sampler, *, compact: bool = False) -> bytes:
     point, toward = graph.input("point", 3), graph.input("toward", 3)
     view, context = _point(graph, point, network.encoding, compact=compact)
     z, inside = direction_to_cap(graph, toward, view)
-    density = flow_density(graph, z, context, network.flow)
+    density = flow_density(graph, graph.columns(z), context, network.flow)
     pdf = graph.where(view.outside & inside, _pdf(network, density, view), 0.0)
     graph.output("pdf_solid_angle", graph.flatten(pdf))
     return graph.to_bytes()
@@ -75,7 +74,7 @@ def fast_map(network: FastMap, *, compact: bool = False) -> bytes:
     maps = []
     for channel in np.flatnonzero(channels) if channels.any() else [0]:
         one_hot = Features(context.value, *_with_constant(context, np.eye(3)[channel]))
-        maps.append(mlp(graph, one_hot, network.network))
+        maps.append(mlp(graph, [one_hot], network.network))
     present = np.cumsum(channels > 0).clip(1) - 1
     log = graph.clip(graph.concat([maps[int(k)] for k in present]), 0.0, MAX_LOG)
     gain = np.repeat(channels * network.radiance_scale, SIZE * SIZE)
@@ -103,7 +102,7 @@ def _surface(graph: Graph, network: SurfaceNetwork, *, compact: bool) -> Value:
         harmonics(graph, outgoing, degree),
         harmonics(graph, normal, degree),
     ]
-    return mlp(graph, join(graph, parts), network.network)
+    return mlp(graph, [join(graph, parts)], network.network)
 
 
 def _point(

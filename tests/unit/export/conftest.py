@@ -9,13 +9,14 @@ from typing import Any
 import numpy as np
 import pytest
 import torch
+from torch import nn
+
 from purelight_export.graph import Graph, Value
 from purelight_format.geometry import BoundingSphere
 from purelight_onnx.session import Session
 from purelight_train.description import Description
 from purelight_train.encodings import MLP, GridEncoding
 from purelight_train.presets import DRAFT, FlowSize, GridSize, MLPSize, Preset
-from torch import nn
 
 Piece = Callable[..., Value]
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import onnx
 import pytest
+
 from purelight_export.graph import Graph
 from purelight_onnx.session import Session
 

@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 import torch
+from torch import nn
+
 from purelight_export import networks
 from purelight_onnx.session import Session
 from purelight_train.description import Description
@@ -17,7 +19,6 @@ from purelight_train.presets import Preset
 from purelight_train.sampler import Sampler
 from purelight_train.student import Student
 from purelight_train.transparency import Transparency
-from torch import nn
 
 Wild = Callable[[type[nn.Module], Description, Preset], Any]
 Unit = Callable[..., np.ndarray]

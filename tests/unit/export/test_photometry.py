@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from photompy import IESFile
+
 from purelight_export.photometry import (
     LUMENS_PER_WATT,
     Intensity,
