@@ -76,7 +76,7 @@ class Graph:
         self.name = name
         self._inputs: list[Value] = []
         self._outputs: list[Value] = []
-        self._constants: dict[tuple[str, tuple[int, ...], bytes], tuple[Value, np.ndarray]] = {}
+        self._constants: dict[tuple[Any, ...], tuple[Value, np.ndarray]] = {}
         self._nodes: dict[tuple[Any, ...], tuple[Any, list[Value]]] = {}
         self._count = 0
 
@@ -108,9 +108,9 @@ class Graph:
         return self._initializer(data)
 
     def _initializer(self, data: np.ndarray, shape: tuple[int, ...] | None = None) -> Value:
-        key = (data.dtype.str, data.shape, data.tobytes())
+        row = data.shape if shape is None else shape
+        key = (data.dtype.str, data.shape, row, data.tobytes())
         if key not in self._constants:
-            row = data.shape if shape is None else shape
             value = Value(self, f"c{len(self._constants)}", row, data.dtype)
             self._constants[key] = (value, np.ascontiguousarray(data))
         return self._constants[key][0]

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from purelight_format.geometry import BoundingSphere
 
 from purelight_format.errors import PureLightError
+from purelight_format.geometry import BoundingSphere
 
 MARGIN = 1.08
 

@@ -6,9 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 import trimesh
+from trimesh.ray.ray_pyembree import RayMeshIntersector
+
 from purelight_format.geometry import BoundingSphere
 from purelight_format.surface import Surface
-from trimesh.ray.ray_pyembree import RayMeshIntersector
 
 
 @dataclass(frozen=True)

@@ -7,11 +7,11 @@ from pathlib import Path
 from threading import Lock
 
 import numpy as np
+
 from purelight_format.bundle import Bundle
+from purelight_format.errors import PureLightError
 from purelight_format.manifest import Manifest
 from purelight_format.vectors import Vectors
-
-from purelight_format.errors import PureLightError
 from purelight_onnx.session import Session
 
 UNIT_TOLERANCE = 1e-3

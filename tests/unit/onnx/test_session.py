@@ -6,9 +6,9 @@ import numpy as np
 import onnx
 import pytest
 from onnx import TensorProto, helper, numpy_helper
-from purelight_onnx.session import Session
 
 from purelight_format.errors import PureLightError
+from purelight_onnx.session import Session
 
 WEIGHT = np.array([[1.0, 2.0, 3.0], [-1.0, 0.5, 0.25]], np.float32)
 
