@@ -1,0 +1,30 @@
+# Every command makes the environment in .venv first, from a bare clone, without root.
+PYTHON ?= python3
+BIN := .venv/bin
+READY := .venv/purelight-ready
+
+.PHONY: demo test test-all lint bench
+
+demo: $(READY)  ## train, export and render a lamp; the report lands in out/demo
+	$(BIN)/purelight-demo --output out/demo
+
+test: $(READY)  ## the quick tests
+	$(BIN)/pytest -m "not slow"
+
+test-all: $(READY)  ## the quick, statistical and fuzz tests
+	$(BIN)/pytest
+
+lint: $(READY)
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+
+bench: $(READY)  ## speed against error; the tables land in out/bench
+	$(BIN)/python -m benchmarks --output out/bench
+
+$(READY): pyproject.toml constraints.txt
+	@$(PYTHON) -c 'import sys; sys.exit(not (3, 10) <= sys.version_info[:2] <= (3, 13))' || \
+	  { echo "error: PureLight needs Python 3.10 to 3.13; name one with make PYTHON=python3.11" >&2; exit 1; }
+	$(PYTHON) -m venv .venv
+	$(BIN)/python -m pip install -c constraints.txt -e '.[dev]'
+	@touch $@
