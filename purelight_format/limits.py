@@ -1,0 +1,62 @@
+"""Every limit of the format, with its reason: one table, so that a host can copy it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+MIB = 1 << 20
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Upper bounds that a reader enforces before it allocates anything.
+
+    Arguments:
+        file_bytes: the paper's largest set is 343 MB; below 2 GiB neither zip64 nor a split
+            protobuf is ever needed.
+        members: a full bundle has about 40, most of them golden vectors.
+        name_depth, name_part_bytes: folders exist for readability only.
+        manifest_bytes, json_depth, json_number_digits: a manifest is a few kB and four levels deep.
+        network_bytes: the largest network of the paper is below 100 MB.
+        nodes, initializers: the largest hand-built graph has about 500 nodes.
+        node_inputs: the widest concatenation joins about 40 grid features.
+        node_outputs: a split gives single columns, up to the widest layer.
+        tensor_rank: the fast map has four dimensions, and a reshape may add some.
+        sample_floats: elements per sample of one intermediate; the widest layer has 768.
+        sample_floats_sum: elements per sample of all intermediates; bounds time and memory of
+            everything that is no matrix product.
+        sample_macs: multiply-adds per sample of matrix products; the paper's student has 1.1 M.
+        array_bytes: largest surface or vector array; 64 golden maps in float64 take 393 kB.
+        vertices, triangles: an exit surface is a lamp's skin, not a scanned statue.
+        vectors: golden vectors per network.
+        layer_bytes: the USD layer holds the exit mesh as text.
+        picture_bytes: preview and photometry are for people, not for textures.
+        issues: a report stops here; the first issues tell what is wrong.
+    """
+
+    file_bytes: int = 1024 * MIB
+    members: int = 128
+    name_depth: int = 4
+    name_part_bytes: int = 64
+    manifest_bytes: int = MIB
+    json_depth: int = 16
+    json_number_digits: int = 40
+    network_bytes: int = 512 * MIB
+    nodes: int = 4096
+    initializers: int = 4096
+    node_inputs: int = 256
+    node_outputs: int = 1024
+    tensor_rank: int = 6
+    sample_floats: int = 65_536
+    sample_floats_sum: int = 1 << 20
+    sample_macs: int = 16_000_000
+    array_bytes: int = 256 * MIB
+    vertices: int = 4_000_000
+    triangles: int = 4_000_000
+    vectors: int = 1024
+    layer_bytes: int = 256 * MIB
+    picture_bytes: int = 16 * MIB
+    issues: int = 100
+
+
+LIMITS = Limits()

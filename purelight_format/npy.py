@@ -1,0 +1,94 @@
+"""Arrays as .npy bytes, read by a parser that accepts one canonical header and nothing else."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+
+import numpy as np
+
+from purelight_format.issues import fail
+from purelight_format.limits import LIMITS
+
+MAGIC = b"\x93NUMPY\x01\x00"
+ALIGNMENT = 64
+HEADER = re.compile(
+    rb"\{'descr': '(<f4|<f8|<u4)', 'fortran_order': False, 'shape': \(([0-9, ]{0,64})\), \} *\n"
+)
+
+
+def dumps(array: np.ndarray) -> bytes:
+    """Serialises an array as version 1.0 of the .npy format, the same bytes as `numpy.save`."""
+    array = np.ascontiguousarray(array, array.dtype.newbyteorder("<"))
+    shape = _shape_text(array.shape)
+    header = f"{{'descr': '{array.dtype.str}', 'fortran_order': False, 'shape': {shape}, }}"
+    fill = -(len(MAGIC) + 2 + len(header) + 1) % ALIGNMENT
+    text = header.encode() + b" " * fill + b"\n"
+    return MAGIC + len(text).to_bytes(2, "little") + text + array.tobytes()
+
+
+def loads(
+    data: bytes, where: str, dtype: str, *, max_bytes: int = LIMITS.array_bytes
+) -> np.ndarray:
+    """Parses .npy bytes; nothing is allocated before the header is known to fit the data.
+
+    Arguments:
+        data: the member.
+        where: the location that issues name.
+        dtype: the element type that is expected, such as "<f4".
+
+    Returns:
+        A read-only view of the data.
+
+    Raises:
+        FormatError: With a PLX_NPY code.
+    """
+    if len(data) > max_bytes:
+        fail("PLX_NPY_TOO_LARGE", where, size=len(data), limit=max_bytes)
+    if data[: len(MAGIC)] != MAGIC or len(data) < len(MAGIC) + 2:
+        fail("PLX_NPY_HEADER", where, what="version 1.0 is required")
+    start = len(MAGIC) + 2
+    end = start + int.from_bytes(data[len(MAGIC) : start], "little")
+    match = HEADER.fullmatch(data[start:end])
+    if match is None or end % ALIGNMENT:
+        fail("PLX_NPY_HEADER", where, what="the header is not in canonical form")
+    return _view(data[end:], where, dtype, match[1].decode(), match[2].decode())
+
+
+def _view(data: bytes, where: str, dtype: str, stored: str, shape_text: str) -> np.ndarray:
+    shape = tuple(int(size) for size in shape_text.split(",") if size.strip().isdecimal())
+    if _shape_text(shape) != f"({shape_text})":
+        fail("PLX_NPY_HEADER", where, what="the shape is not in canonical form")
+    if stored != dtype:
+        fail("PLX_NPY_TYPE", where, dtype=stored, expected=dtype)
+    expected = math.prod(shape) * np.dtype(dtype).itemsize
+    if len(data) != expected:
+        fail("PLX_NPY_SIZE", where, size=len(data), expected=expected)
+    array = np.frombuffer(data, dtype).reshape(shape)
+    if array.dtype.kind == "f" and not np.isfinite(array).all():
+        fail("PLX_NPY_NON_FINITE", where)
+    return array
+
+
+def _shape_text(shape: tuple[int, ...]) -> str:
+    return str(tuple(int(size) for size in shape))
+
+
+def require_shape(array: np.ndarray, where: str, expected: tuple[int | None, ...]) -> None:
+    """Compares a shape; None stands for any size.
+
+    Raises:
+        FormatError: PLX_NPY_SHAPE.
+    """
+    fits = array.ndim == len(expected) and all(
+        wanted in (None, size) for size, wanted in zip(array.shape, expected, strict=True)
+    )
+    if not fits:
+        wanted_text = ", ".join("any" if size is None else str(size) for size in expected)
+        fail("PLX_NPY_SHAPE", where, shape=array.shape, expected=f"({wanted_text})")
+
+
+def to_members(arrays: Mapping[str, np.ndarray]) -> dict[str, bytes]:
+    """Serialises arrays by name."""
+    return {name: dumps(array) for name, array in arrays.items()}

@@ -1,0 +1,97 @@
+"""JSON without its loose ends: no NaN, no infinities, no duplicate keys, bounded size and depth."""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import Any, NoReturn
+
+from purelight_format.issues import fail
+from purelight_format.limits import LIMITS
+
+
+def loads(data: bytes, where: str, max_bytes: int = LIMITS.manifest_bytes) -> Any:
+    """Parses strict JSON.
+
+    Arguments:
+        data: UTF-8 without a byte-order mark.
+        where: the location that issues name.
+        max_bytes: the largest accepted size.
+
+    Raises:
+        FormatError: With a PLX_JSON code.
+    """
+    if len(data) > max_bytes:
+        fail("PLX_JSON_TOO_LARGE", where, size=len(data), limit=max_bytes)
+    text = _decode(data, where)
+    _require_depth(text, where)
+    try:
+        value = json.loads(
+            text,
+            object_pairs_hook=lambda pairs: _unique(pairs, where),
+            parse_float=lambda number: _finite(number, where),
+            parse_int=lambda number: _integer(number, where),
+            parse_constant=lambda name: _non_finite(name, where),
+        )
+        dumps(value)
+    except UnicodeEncodeError as error:  # A lone surrogate, which only an escape can smuggle in.
+        fail("PLX_JSON_ENCODING", where, offset=error.start)
+    except ValueError as error:
+        fail("PLX_JSON_SYNTAX", where, error=str(error)[:80])
+    return value
+
+
+def dumps(value: Any) -> bytes:
+    """Serialises with the keys in their order: the same value gives the same bytes."""
+    return (json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False) + "\n").encode()
+
+
+def _decode(data: bytes, where: str) -> str:
+    try:
+        text = data.decode()
+    except UnicodeDecodeError as error:
+        fail("PLX_JSON_ENCODING", where, offset=error.start)
+    if text.startswith("\ufeff"):
+        fail("PLX_JSON_ENCODING", where, offset=0)
+    return text
+
+
+def _require_depth(text: str, where: str) -> None:
+    """Bounds the nesting before the recursive parser sees the text."""
+    depth, quoted, escaped = 0, False, False
+    for character in text:
+        if quoted:
+            quoted = escaped or character != '"'
+            escaped = character == "\\" and not escaped
+        elif character == '"':
+            quoted = True
+        elif character in "[{":
+            depth += 1
+            if depth > LIMITS.json_depth:
+                fail("PLX_JSON_TOO_DEEP", where, limit=LIMITS.json_depth)
+        elif character in "]}":
+            depth -= 1
+
+
+def _unique(pairs: list[tuple[str, Any]], where: str) -> dict[str, Any]:
+    result = dict(pairs)
+    if len(result) != len(pairs):
+        names = [name for name, _ in pairs]
+        twice = next(name for name in names if names.count(name) > 1)
+        fail("PLX_JSON_DUPLICATE_KEY", where, key=twice[:80])
+    return result
+
+
+def _finite(number: str, where: str) -> float:
+    value = float(number) if len(number) <= LIMITS.json_number_digits else math.inf
+    return value if math.isfinite(value) else _non_finite(number, where)
+
+
+def _integer(number: str, where: str) -> int:
+    if len(number) > LIMITS.json_number_digits:
+        _non_finite(number, where)
+    return int(number)
+
+
+def _non_finite(number: str, where: str) -> NoReturn:
+    fail("PLX_JSON_NON_FINITE", where, number=number[:40])
