@@ -20,7 +20,8 @@ class ExitRecords:
 
     Arguments:
         position: [N, 3] exit points in metres.
-        normal: [N, 3] geometric unit normals on the side of `direction`; zero where `bare`.
+        normal: [N, 3] unit normals on the side of `direction`: geometric as traced, zero where
+            `bare`; interpolated over facets once settled on an exit surface.
         direction: [N, 3] unit directions.
         weight: [N, 3] path weights f/q in W per channel; their sum over `paths` is the flux.
         bare: [N] light that came straight from an emitter, without a scattering vertex.
@@ -80,6 +81,8 @@ class ExitRecords:
 def settle(records: ExitRecords, surface: ExitSurface) -> tuple[ExitRecords, NDArray[np.int64]]:
     """Find each record's triangle by looking back at it from outside, as a viewer would.
 
+    Normals become the surface's interpolated ones, the frame the teacher learns in.
+
     Light straight from an emitter takes its normal from there; if it meets no surface (a bare
     point source) it cannot be shown and is left out of the records, but stays in no flux either.
 
@@ -96,6 +99,7 @@ def settle(records: ExitRecords, surface: ExitSurface) -> tuple[ExitRecords, NDA
     normal = records.normal.copy()
     bare = records.bare[hits.index] & near
     normal[hits.index[bare]] = hits.normal[bare]
+    normal = surface.shading_normals(records.position, normal, triangle)
     keep = np.flatnonzero(~records.bare | (triangle >= 0))
     settled = ExitRecords(
         records.position, normal, records.direction, records.weight, records.bare,

@@ -11,9 +11,11 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 from purelight_format.geometry import BoundingSphere
+from scipy.sparse import csr_matrix
 
 Float = NDArray[np.float32]
 RAY_BATCH = 1 << 20
+CREASE_COSINE = 0.8  # facets that meet at less than 37 degrees are one smooth surface
 
 
 @dataclass(frozen=True)
@@ -105,6 +107,52 @@ class ExitSurface:
         normal[self.two_sided[chosen] & (rng.random(count) < 0.5)] *= -1
         point = np.einsum("nk,nkd->nd", bary, corner)
         return point.astype(np.float32), normal.astype(np.float32)
+
+    @cached_property
+    def _corner_normals(self) -> Float:
+        """Normal at each corner, averaged by area over neighbours within the crease: [T, 3, 3]."""
+        _, vertex = np.unique(self.positions, axis=0, return_inverse=True)
+        corner = vertex.reshape(-1)[self.triangles].reshape(-1)
+        owner = np.repeat(np.arange(len(self.triangles)), 3)
+        count = len(owner)
+        incidence = csr_matrix((np.ones(count), (corner, owner)), (corner.max() + 1, count // 3))
+        pairs = (incidence[corner] * 1.0).tocoo()
+        unit = self._cross / np.maximum(np.linalg.norm(self._cross, axis=1, keepdims=True), 1e-300)
+        alike = np.einsum("nd,nd->n", unit[owner[pairs.row]], unit[pairs.col]) > CREASE_COSINE
+        smooth = csr_matrix(
+            (np.ones(alike.sum()), (pairs.row[alike], pairs.col[alike])), (count, count // 3)
+        )
+        total = smooth @ self._cross
+        total /= np.maximum(np.linalg.norm(total, axis=1, keepdims=True), 1e-300)
+        return total.reshape(-1, 3, 3).astype(np.float32)
+
+    def shading_normals(
+        self, position: Float, normal: Float, triangle: NDArray[np.int64]
+    ) -> Float:
+        """Interpolated normals on the side of `normal`; `normal` itself where triangle is -1.
+
+        Only training uses them, to describe directions in a frame without jumps between facets
+        (the paper's local shading frame). Assets and runtimes use geometric normals.
+
+        Arguments:
+            position, normal: [N, 3] points and oriented geometric normals.
+            triangle: [N] triangle of each point, or -1.
+        """
+        known = np.flatnonzero(triangle >= 0)
+        chosen = triangle[known]
+        a, b, c = (self.positions[self.triangles[chosen, k]].astype(np.float64) for k in range(3))
+        cross = self._cross[chosen]
+        area = np.maximum(np.einsum("nd,nd->n", cross, cross), 1e-300)
+        at = position[known].astype(np.float64)
+        v = np.einsum("nd,nd->n", np.cross(c - b, at - b), cross) / area
+        w = np.einsum("nd,nd->n", np.cross(a - c, at - c), cross) / area
+        weight = np.clip(np.stack((v, w, 1 - v - w), 1), 0, 1)
+        smooth = np.einsum("nk,nkd->nd", weight, self._corner_normals[chosen])
+        smooth *= np.sign(np.einsum("nd,nd->n", smooth, normal[known]))[:, None]
+        length = np.linalg.norm(smooth, axis=1, keepdims=True)
+        result = normal.copy()
+        result[known] = np.where(length > 0.1, smooth / np.maximum(length, 0.1), normal[known])
+        return result
 
     def intersect(self, origin: Float, direction: Float) -> Hits:
         """First hits of rays, origins and unit directions [N, 3] in the luminaire frame."""

@@ -102,7 +102,7 @@ class Training:
     def teacher(self) -> Teacher:
         flow = DirectionalFlow(self.description, self.preset).to(self.device)
         self._train("teacher", flow, self._teacher_loss(flow), self.preset.teacher)
-        return Teacher(self.description, self.density, flow)
+        return Teacher(self.description, self.luminaire.exit_surface, self.density, flow)
 
     @cached_property
     def student(self) -> Student:

@@ -76,10 +76,10 @@ class Preset:
 DRAFT = Preset(
     name="draft",
     paths=6 << 20,
-    density_neighbours=300,
-    teacher_grid=GridSize(6, 4, 8, 64, 1 << 15),
+    density_neighbours=800,
+    teacher_grid=GridSize(4, 4, 4, 32, 1 << 15),
     teacher_flow=FlowSize(4, MLPSize(64, 2), 16),
-    teacher=Optimisation(1200, 1 << 13, 4e-3),
+    teacher=Optimisation(700, 1 << 13, 4e-3),
     distillation_samples=1 << 21,
     student_grid=GridSize(8, 4, 8, 128, 1 << 15),
     student_network=MLPSize(64, 3),
@@ -91,7 +91,7 @@ DRAFT = Preset(
     cap_points=1 << 14,
     point_grid=GridSize(3, 4, 4, 16, 1 << 13),
     sampler_flow=FlowSize(2, MLPSize(32, 2), 16),
-    sampler=Optimisation(1200, 1 << 14, 4e-3),
+    sampler=Optimisation(800, 1 << 14, 4e-3),
     fast_map_network=MLPSize(64, 3),
     fast_map=Optimisation(1000, 1 << 7, 3e-3),
 )

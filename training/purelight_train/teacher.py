@@ -13,6 +13,7 @@ from purelight_train.coupling_flow import CouplingFlow
 from purelight_train.description import Description
 from purelight_train.encodings import one_blob
 from purelight_train.exit_records import ExitRecords
+from purelight_train.exit_surface import ExitSurface
 from purelight_train.geometry import direction_to_square
 from purelight_train.positional_density import PositionalDensity
 from purelight_train.presets import Preset
@@ -96,12 +97,21 @@ class TeacherBatches:
 
 
 class Teacher:
-    """Radiance of the lamp: exitance(x) times pdf_projected(outgoing | x), per channel."""
+    """Radiance of the lamp: exitance(x) times pdf_projected(outgoing | x), per channel.
+
+    The flow's projected solid angle is that of the interpolated normal n_s; the factor
+    cos_s / cos turns it into that of the geometric normal.
+    """
 
     def __init__(
-        self, description: Description, density: PositionalDensity, flow: DirectionalFlow
+        self,
+        description: Description,
+        surface: ExitSurface,
+        density: PositionalDensity,
+        flow: DirectionalFlow,
     ) -> None:
-        self.description, self.density, self.flow = description, density, flow
+        self.description, self.surface = description, surface
+        self.density, self.flow = density, flow
 
     @torch.no_grad()
     def radiance(
@@ -111,11 +121,16 @@ class Teacher:
         outgoing: NDArray[np.float32],
     ) -> NDArray[np.float32]:
         """Radiance in W/(m² sr): three of [N, 3] -> [N, 3]."""
-        result = self.density.exitance(position, normal)
+        shading = self._shading_normals(position, normal, outgoing)
+        cosine = np.einsum("nd,nd->n", normal, outgoing)
+        ratio = np.einsum("nd,nd->n", shading, outgoing) / np.maximum(cosine, 1e-6)
+        result = self.density.exitance(position, shading)
+        result *= np.clip(ratio, 0.5, 2)[:, None].astype(np.float32)
         device = self.flow.centre.device
         for i in range(0, len(position), BATCH):
             part = [
-                torch.from_numpy(a[i : i + BATCH]).to(device) for a in (position, normal, outgoing)
+                torch.from_numpy(a[i : i + BATCH]).to(device)
+                for a in (position, shading, outgoing)
             ]
             for channel in range(3):
                 if self.description.channels[channel]:
@@ -123,3 +138,16 @@ class Teacher:
                     log = self.flow.log_pdf_projected(*part, index)
                     result[i : i + BATCH, channel] *= torch.exp(log).cpu().numpy()
         return result
+
+    def _shading_normals(
+        self,
+        position: NDArray[np.float32],
+        normal: NDArray[np.float32],
+        outgoing: NDArray[np.float32],
+    ) -> NDArray[np.float32]:
+        """Interpolated normals where a viewer along -outgoing sees the points."""
+        reach = 3 * self.surface.sphere.radius
+        hits = self.surface.intersect(position + reach * outgoing, -outgoing)
+        triangle = np.full(len(position), -1, np.int64)
+        triangle[hits.index] = hits.triangle
+        return self.surface.shading_normals(position, normal, triangle)
