@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 import os
 import sys
 from collections.abc import Sequence
@@ -33,8 +34,10 @@ def view(options: argparse.Namespace) -> None:
     """Renders and writes the picture and its preview."""
     if options.output.suffix.lower() != ".exr":
         raise PureLightError(f"{options.output}: the picture's name must end in .exr")
-    if not 1 <= options.spp <= 65536:
-        raise PureLightError("--spp must be 1 to 65,536")
+    if not 1 <= options.spp <= 65536 or options.seed < 0:
+        raise PureLightError("--spp must be 1 to 65,536 and --seed at least 0")
+    if not all(map(math.isfinite, [*options.background, options.exposure or 0.0])):
+        raise PureLightError("--background and --exposure must be finite")
     luminaire = Luminaire.open(options.bundle, threads=options.threads)
     camera = Camera.orbit(
         luminaire.manifest.bounding_sphere,

@@ -1,0 +1,48 @@
+"""`purelight-export`: a training run becomes a `.plux` bundle."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from purelight_export.export import export
+from purelight_export.parts import CHOICES
+from purelight_format.errors import PureLightError
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Runs the command; returns 0, or 2 after a one-line error."""
+    options = _parser().parse_args(argv)
+    try:
+        written = export(
+            options.run, options.output, networks=options.networks,
+            compact=options.precision == "compact", name=options.name,
+        )  # fmt: skip
+    except (PureLightError, OSError) as error:
+        print(f"purelight-export: error: {error}", file=sys.stderr)
+        return 2
+    for path in written:
+        print(f"{path}  {path.stat().st_size / 1e6:.2f} MB")
+    return 0
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="purelight-export", description=__doc__)
+    add = parser.add_argument
+    add("run", type=Path, help="a run directory of purelight-train")
+    add("--output", type=Path, required=True, help="lamp.plux; .usda and .ies go beside it")
+    add("--networks", type=_networks, default=CHOICES, help=",".join(CHOICES))
+    add("--precision", choices=("fp32", "compact"), default="fp32",
+        help="compact: 15-bit grid tables, half the size and faster")  # fmt: skip
+    add("--name", help="name of the lamp (default: that of the file)")
+    return parser
+
+
+def _networks(text: str) -> tuple[str, ...]:
+    chosen = tuple(dict.fromkeys(["appearance", *filter(None, text.split(","))]))
+    unknown = [name for name in chosen if name not in CHOICES]
+    if unknown:
+        raise argparse.ArgumentTypeError(f"no network {unknown[0]!r}; choose from {CHOICES}")
+    return chosen

@@ -1,0 +1,188 @@
+"""From a run directory to a bundle, with its USD asset and photometry beside it."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import datetime, timezone
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from tqdm import tqdm
+
+from purelight_export.golden import golden_vectors
+from purelight_export.parts import CHOICES, Part, make_parts, require_agreement
+from purelight_export.photometry import Intensity, ies_file, intensity, unit_ies_file
+from purelight_format import atomic, bundle, usd_asset
+from purelight_format.errors import PureLightError
+from purelight_format.manifest import Manifest, NetworkInfo
+from purelight_format.onnx_profile import inspect
+from purelight_format.surface import Surface
+from purelight_onnx.camera import Camera
+from purelight_onnx.luminaire import Luminaire
+from purelight_onnx.picture import png
+from purelight_onnx.viewer import render
+from purelight_train.run_directory import RunDirectory
+
+PREVIEW_SIZE = 256
+FIDELITY = ("flux_error", "student_flux", "student_flux_error", "held_out_gain_nats")
+
+Members = dict[str, bytes]
+
+
+def export(
+    run_path: str | Path,
+    output: str | Path,
+    *,
+    networks: Sequence[str] = CHOICES,
+    compact: bool = False,
+    name: str | None = None,
+) -> list[Path]:
+    """Writes lamp.plux, and beside it lamp.ies, lamp.shape.ies and lamp.usda.
+
+    Every network is compared with the trained one, and a draft of the bundle is opened, checked
+    and rendered, before anything appears at `output`. The USD asset comes last, so that none ever
+    names a bundle that is not there.
+
+    Arguments:
+        run_path: A finished run directory.
+        networks: Which of `CHOICES` the bundle carries; appearance always.
+        compact: Whether grid tables are stored with 15 bits.
+        name: What to call the lamp.
+
+    Returns:
+        The files written.
+
+    Raises:
+        PureLightError: If the run is not finished, or a network does not survive the export.
+    """
+    output = Path(output)
+    if output.suffix != ".plux":
+        raise PureLightError(f"{output}: the bundle's name must end in .plux")
+    lamp = Lamp(RunDirectory.open(run_path), name or output.stem)
+    wanted = [choice for choice in CHOICES if choice == "appearance" or choice in networks]
+    surface = lamp.surface
+    parts = make_parts(
+        lamp.run.networks(), lamp.run.description, (surface.positions, surface.triangles), wanted,
+        compact=compact,
+    )  # fmt: skip
+    members, infos, errors = _networks(parts, compact=compact)
+    members |= surface.to_members()
+    members[bundle.PHOTOMETRY] = lamp.photometry
+    manifest = lamp.manifest(infos, {"onnx_error": errors}, compact=compact)
+    members[bundle.PREVIEW] = _preview(manifest, members)
+    written = bundle.write(output, manifest, members)
+    return [output, *_beside(lamp, written)]
+
+
+@dataclass(frozen=True)
+class Lamp:
+    """What the bundle says of the lamp besides its networks.
+
+    Arguments:
+        run: A finished run directory.
+        name: What to call the lamp.
+    """
+
+    run: RunDirectory
+    name: str
+
+    @cached_property
+    def surface(self) -> Surface:
+        """The exit surface; light that met no triangle is spread in proportion."""
+        arrays = self.run.read_arrays("surface.npz")
+        flux = arrays["triangle_flux"].astype(np.float64)
+        total = flux.sum(0)
+        flux *= np.divide(self.run.description.flux, total, out=np.zeros(3), where=total > 0)
+        return Surface(arrays["positions"], arrays["triangles"], flux.astype(np.float32))
+
+    @cached_property
+    def intensity(self) -> Intensity:
+        escaped = self.run.read_arrays("escaped.npz")
+        return intensity(escaped["direction"], escaped["weight"], self.run.description.flux)
+
+    @cached_property
+    def issued(self) -> str:
+        """The day the run was finished, so that a second export gives the same bytes."""
+        seconds = (self.run.path / "metrics.json").stat().st_mtime
+        return datetime.fromtimestamp(seconds, timezone.utc).strftime("%Y-%m-%d")
+
+    @cached_property
+    def photometry(self) -> bytes:
+        radius = self.run.description.sphere.radius
+        return ies_file(self.intensity, name=self.name, issued=self.issued, radius=radius)
+
+    def manifest(
+        self, infos: dict[str, NetworkInfo], measured: dict[str, Any], *, compact: bool
+    ) -> Manifest:
+        """The manifest, still without its members."""
+        description, config = self.run.description, self.run.config
+        metrics = self.run.read_json("metrics.json")
+        fidelity = {key: metrics[key] for key in FIDELITY if key in metrics}
+        return Manifest(
+            name=self.name,
+            bounding_sphere=description.sphere,
+            flux=description.flux,
+            radiance_scale=description.radiance_scale,
+            r_max=description.r_max,
+            channels=description.channels,
+            networks=infos,
+            provenance={
+                "scene": Path(config["luminaire"]).name,
+                "scene_digest": config["digest"],
+                "seed": config["seed"],
+                "route": config["route"],
+                "preset": config["preset"]["name"],
+                "photons": description.paths,
+                "precision": "compact" if compact else "fp32",
+            },
+            fidelity=fidelity | measured,
+        )
+
+
+def _networks(
+    parts: Sequence[Part], *, compact: bool
+) -> tuple[Members, dict[str, NetworkInfo], dict[str, float]]:
+    """Checks the networks; returns their members, manifest entries, and errors against torch."""
+    members: Members = {}
+    infos: dict[str, NetworkInfo] = {}
+    errors: dict[str, float] = {}
+    for part in tqdm(parts, desc="export", unit="network", delay=1):
+        errors[part.name] = float(f"{require_agreement(part, compact=compact):.2g}")
+        member, cost = f"networks/{part.name}.onnx", inspect(part.model, part.name)
+        members[member] = part.model
+        members |= golden_vectors(part.name, part.model, part.probes, part.units).to_members()
+        infos[part.name] = NetworkInfo(
+            member, cost.macs_per_sample, cost.floats_per_sample, len(part.model),
+            part.uniform_fraction,
+        )  # fmt: skip
+    return members, infos, errors
+
+
+def _preview(manifest: Manifest, members: Members) -> bytes:
+    """Renders the lamp from a draft of the bundle, which proves that the bundle works."""
+    with tempfile.TemporaryDirectory() as folder:
+        draft = Path(folder) / "draft.plux"
+        bundle.write(draft, manifest, members)
+        luminaire = Luminaire.open(draft)
+        for network in manifest.networks:
+            luminaire.network(network)
+        camera = Camera.orbit(manifest.bounding_sphere, size=PREVIEW_SIZE)
+        return png(render(luminaire, camera, samples=4))
+
+
+def _beside(lamp: Lamp, written: bundle.Bundle) -> list[Path]:
+    """Writes the photometric file, the shape for USD lights, and the USD asset."""
+    files = [written.path.with_suffix(suffix) for suffix in (".ies", ".shape.ies", ".usda")]
+    photometry, shape, asset = files
+    paths = usd_asset.Paths(
+        f"./{written.path.name}", f"./{asset.name}", written.digest, f"./{shape.name}"
+    )
+    atomic.write_bytes(photometry, lamp.photometry)
+    atomic.write_bytes(shape, unit_ies_file(lamp.intensity, name=lamp.name, issued=lamp.issued))
+    text = usd_asset.layer_text(written.manifest, lamp.surface, paths)
+    atomic.write_bytes(asset, text.encode())
+    return files
