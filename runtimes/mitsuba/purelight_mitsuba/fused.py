@@ -1,0 +1,196 @@
+"""An ONNX network as Dr.Jit operations, fit for the inside of symbolic loops."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+import onnx
+from drjit import nn
+from onnx import numpy_helper
+
+from purelight_format.errors import PureLightError
+from purelight_mitsuba.operators import OPERATORS, Tensor, row
+
+LITERAL_INPUTS = 4  # Layers of so few inputs (grid scales, one-blobs) are faster written out.
+
+Vector = Any  # nn.CoopVec, which Dr.Jit does not export as a type.
+Value = Tensor | Vector
+
+
+@dataclass(frozen=True)
+class Step:
+    """One node: what to call with the values of its inputs, and the names of its outputs."""
+
+    function: Callable[..., Any]
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+
+
+class FusedNetwork:
+    """Evaluates a network of the profile, one query per lane, inside the kernel being traced.
+
+    Weights are on the device before anything is traced. Dense layers are cooperative vectors, and
+    stay so from layer to layer; everything else is scalar arithmetic.
+
+    Arguments:
+        model: The bytes of an ONNX network whose tensors all have the row as first axis.
+        name: What to call the network in errors.
+
+    Raises:
+        PureLightError: If the bytes are no ONNX, or an operator is not of the profile.
+    """
+
+    def __init__(self, model: bytes, *, name: str = "network") -> None:
+        self.name = name
+        graph = _parse(model, name).graph
+        constants = {t.name: numpy_helper.to_array(t) for t in graph.initializer}
+        self._constants = constants
+        self._inputs = [value.name for value in graph.input]
+        self._outputs = [value.name for value in graph.output]
+        self._steps = [self._step(node) for node in graph.node]
+
+    def __call__(self, *inputs: Any) -> list[np.ndarray]:
+        """Traces the network.
+
+        Arguments:
+            inputs: One Dr.Jit array per input of the network: [N, 3] is a `mi.Point3f`.
+
+        Returns:
+            One object array of `mi.Float` per output: shape [D] for [N, D], [] for [N].
+        """
+        columns = (row([value[i] for i in range(len(value))]) for value in inputs)
+        values: dict[str, Value] = dict(zip(self._inputs, columns, strict=True))
+        for step in self._steps:
+            arguments = [values.get(name, self._constants.get(name)) for name in step.inputs]
+            result = step.function(*arguments)
+            results = result if isinstance(result, list) else [result]
+            values.update(zip(step.outputs, results, strict=True))
+        return [_columns(values[name]) for name in self._outputs]
+
+    def _step(self, node: onnx.NodeProto) -> Step:
+        attributes = {a.name: onnx.helper.get_attribute_value(a) for a in node.attribute}
+        constants = [self._constants.get(name) for name in node.input]
+        inputs = tuple(node.input)
+        function: Callable[..., Any]
+        if node.op_type in ("Gemm", "MatMul"):
+            function, inputs = _dense(node.op_type, constants, attributes, self.name), inputs[:1]
+        elif node.op_type == "Gather" and constants[0] is not None:
+            function, inputs = Table(constants[0], **attributes), inputs[1:]
+        elif node.op_type in OPERATORS:
+            function = _scalar(node.op_type, attributes)
+        else:
+            raise PureLightError(f"{self.name}: operator {node.op_type} is not of the profile")
+        return Step(function, inputs, tuple(node.output))
+
+
+def _parse(model: bytes, name: str) -> onnx.ModelProto:
+    try:
+        return onnx.load_from_string(model)
+    except Exception as error:  # protobuf's DecodeError has no public home.
+        raise PureLightError(f"{name}: not an ONNX model ({error})") from error
+
+
+def _columns(value: Value) -> Tensor:
+    return value if isinstance(value, np.ndarray) else row([mi.Float(x) for x in value])
+
+
+def _scalar(op: str, attributes: dict[str, Any]) -> Callable[..., Any]:
+    """An operator of the table; Relu and Add leave cooperative vectors as they are."""
+    operator = partial(OPERATORS[op], **attributes)
+
+    def function(*values: Value) -> Any:
+        if all(isinstance(value, nn.CoopVec) for value in values):
+            if op == "Relu":
+                return dr.maximum(values[0], 0)
+            if op == "Add":
+                return values[0] + values[1]
+        return operator(*(None if value is None else _columns(value) for value in values))
+
+    return function
+
+
+class Dense:
+    """A layer y = W x + b by a cooperative vector; half precision on CUDA, which has no other.
+
+    Arguments:
+        weight: [out, in].
+        bias: [out].
+    """
+
+    def __init__(self, weight: np.ndarray, bias: np.ndarray) -> None:
+        half = dr.backend_v(mi.Float) == dr.JitBackend.CUDA
+        tensor = mi.TensorXf16 if half else mi.TensorXf
+        self._scalar = mi.Float16 if half else mi.Float
+        self._weight, self._bias = nn.pack([tensor(weight), tensor(bias)])
+        dr.eval(self._weight.buffer, self._bias.buffer)
+
+    def __call__(self, x: Value) -> Vector:
+        if isinstance(x, np.ndarray):
+            x = nn.CoopVec(*(self._scalar(element) for element in x))
+        return nn.matvec(self._weight, x, self._bias)
+
+
+class Literal:
+    """A layer y = W x + b of few inputs, written out without its zeros, in single precision."""
+
+    def __init__(self, weight: np.ndarray, bias: np.ndarray) -> None:
+        self._rows = list(zip(weight.tolist(), bias.tolist(), strict=True))
+
+    def __call__(self, x: Value) -> Tensor:
+        columns = _columns(x)
+        return row([self._output(weights, bias, columns) for weights, bias in self._rows])
+
+    @staticmethod
+    def _output(weights: Sequence[float], bias: float, x: Tensor) -> Any:
+        total = mi.Float(bias)
+        for weight, column in zip(weights, x, strict=True):
+            if weight != 0:
+                total = dr.fma(column, weight, total)
+        return total
+
+
+def _dense(
+    op: str, constants: Sequence[np.ndarray | None], attributes: dict[str, Any], name: str
+) -> Dense | Literal:
+    matrix = constants[1]
+    if matrix is None or matrix.ndim != 2 or attributes.get("transA"):
+        raise PureLightError(f"{name}: {op} needs a constant matrix on its right")
+    weight = matrix if attributes.get("transB") else matrix.T
+    weight = np.ascontiguousarray(weight * np.float32(attributes.get("alpha", 1)))
+    offset = constants[2] if len(constants) > 2 and constants[2] is not None else np.zeros(1)
+    beta = np.float32(attributes.get("beta", 1))
+    bias = np.broadcast_to(offset.reshape(-1) * beta, len(weight)).astype(np.float32)
+    return (Literal if weight.shape[1] <= LITERAL_INPUTS else Dense)(weight, bias)
+
+
+class Table:
+    """Looks up a constant [T, *shape] by an index [N] or [N, D]; an index outside is clamped."""
+
+    def __init__(self, table: np.ndarray, *, axis: int = 0) -> None:
+        if axis != 0 or table.dtype.str[1:] not in ("f4", "i4"):
+            raise PureLightError("a table must be float32 or int32, and looked up by its rows")
+        kind = mi.Float if table.dtype == np.float32 else mi.Int
+        self._rows, self._shape = len(table), table.shape[1:]
+        self._size = int(np.prod(self._shape))
+        self._entries = kind(np.ascontiguousarray(table).reshape(-1))
+        dr.eval(self._entries)
+
+    def __call__(self, index: Value) -> Tensor:
+        parts = [self._entry(element) for element in _columns(index).reshape(-1)]
+        flat = row([value for part in parts for value in part])
+        return flat.reshape(*_columns(index).shape, *self._shape)
+
+    def _entry(self, index: Any) -> list[Any]:
+        """The values of one row of the table, gathered together."""
+        safe = dr.minimum(mi.UInt(index), self._rows - 1)
+        if self._size == 1:
+            return [dr.gather(type(self._entries), self._entries, safe)]
+        packet = mi.ArrayXf if dr.is_float_v(self._entries) else mi.ArrayXi
+        values = dr.gather(packet, self._entries, safe, shape=(self._size, dr.width(safe)))
+        return [values[k] for k in range(self._size)]
