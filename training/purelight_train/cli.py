@@ -9,7 +9,6 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from purelight_format.errors import PureLightError
-
 from purelight_train.presets import PRESETS
 
 
@@ -36,8 +35,9 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _train(arguments: argparse.Namespace) -> int:
-    import torch  # noqa: PLC0415 - keep --help quick
-    from purelight_mitsuba import platform  # noqa: PLC0415
+    import torch
+
+    from purelight_mitsuba import platform
 
     device = arguments.device
     if device == "auto":
@@ -46,7 +46,7 @@ def _train(arguments: argparse.Namespace) -> int:
     torch.set_float32_matmul_precision("medium" if device == "cpu" else "high")
     platform.use("llvm_ad_rgb" if device == "cpu" else "cuda_ad_rgb")
 
-    from purelight_train.pipeline import start  # noqa: PLC0415
+    from purelight_train.pipeline import start
 
     training = start(
         arguments.luminaire, arguments.output, PRESETS[arguments.preset], arguments.seed, device,

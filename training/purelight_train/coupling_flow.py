@@ -7,7 +7,6 @@ evaluated for likelihoods, z -> u, is the CDF itself, so log-densities need no r
 
 from __future__ import annotations
 
-
 import torch
 from torch import Tensor, nn
 
@@ -108,6 +107,10 @@ class CouplingFlow(nn.Module):
             Coupling(i % 2, context, width, depth, bins) for i in range(couplings)
         )
 
+    @property
+    def layers(self) -> list[Coupling]:
+        return [layer for layer in self.couplings if isinstance(layer, Coupling)]
+
     def log_density(self, z: Tensor, context: Tensor) -> Tensor:
         """Log of the density at z with respect to area on the unit square.
 
@@ -124,7 +127,7 @@ class CouplingFlow(nn.Module):
         """Map z [N, 2] to uniform u [N, 2], and log |du/dz| [N]."""
         coordinate = [z[:, 0], z[:, 1]]
         log_density = torch.zeros_like(coordinate[0])
-        for layer in self.couplings:
+        for layer in self.layers:
             d = layer.dimension
             spline = layer.spline(coordinate[1 - d], context)
             coordinate[d], density = spline.forward(coordinate[d])
@@ -135,11 +138,9 @@ class CouplingFlow(nn.Module):
         """Map uniform u [N, 2] to z [N, 2], and the log-density at z [N]."""
         coordinate = [u[:, 0], u[:, 1]]
         log_density = torch.zeros_like(coordinate[0])
-        for layer in reversed(list(self.couplings)):
+        for layer in reversed(self.layers):
             d = layer.dimension
             spline = layer.spline(coordinate[1 - d], context)
             coordinate[d], density = spline.inverse(coordinate[d])
             log_density = log_density + torch.log(density)
         return torch.stack(coordinate, -1), log_density
-
-

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from functools import cache
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -75,6 +76,8 @@ class SphericalHarmonics(nn.Module):
     "Degree five" in the paper means five bands, l = 0..4, hence 25 values.
     """
 
+    matrix: Tensor
+
     def __init__(self, degree: int) -> None:
         super().__init__()
         self.degree = degree
@@ -132,9 +135,7 @@ class GridEncoding(nn.Module):
         table_size: most entries per level, a power of two.
     """
 
-    def __init__(
-        self, levels: int, features: int, base: int, finest: int, table_size: int
-    ) -> None:
+    def __init__(self, levels: int, features: int, base: int, finest: int, table_size: int) -> None:
         super().__init__()
         growth = (finest / base) ** (1 / max(levels - 1, 1))
         self.levels, self.features, self.table_size = levels, features, table_size
@@ -193,6 +194,6 @@ class MLP(nn.Sequential):
     def __init__(self, inputs: int, outputs: int, width: int, depth: int) -> None:
         sizes = [inputs] + [width] * depth
         layers: list[nn.Module] = []
-        for fan_in, fan_out in zip(sizes[:-1], sizes[1:], strict=True):
+        for fan_in, fan_out in pairwise(sizes):
             layers += [nn.Linear(fan_in, fan_out), nn.ReLU()]
         super().__init__(*layers, nn.Linear(sizes[-1], outputs))

@@ -10,8 +10,9 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
-from purelight_format.geometry import BoundingSphere
 from scipy.sparse import csr_matrix
+
+from purelight_format.geometry import BoundingSphere
 
 Float = NDArray[np.float32]
 RAY_BATCH = 1 << 20
@@ -126,9 +127,7 @@ class ExitSurface:
         total /= np.maximum(np.linalg.norm(total, axis=1, keepdims=True), 1e-300)
         return total.reshape(-1, 3, 3).astype(np.float32)
 
-    def shading_normals(
-        self, position: Float, normal: Float, triangle: NDArray[np.int64]
-    ) -> Float:
+    def shading_normals(self, position: Float, normal: Float, triangle: NDArray[np.int64]) -> Float:
         """Interpolated normals on the side of `normal`; `normal` itself where triangle is -1.
 
         Only training uses them, to describe directions in a frame without jumps between facets
@@ -223,6 +222,4 @@ def visible_part(
     # A closed mesh shows its back only through rounding at edges; a sheet shows it often
     two_sided = np.minimum(front, back) > 0.02 * (front + back)
     used, compact = np.unique(facing_out[keep], return_inverse=True)
-    return ExitSurface(
-        positions[used], compact.reshape(-1, 3).astype(np.uint32), two_sided[keep]
-    )
+    return ExitSurface(positions[used], compact.reshape(-1, 3).astype(np.uint32), two_sided[keep])

@@ -35,9 +35,7 @@ def surface_flux(
     return scale * value.mean(0), scale * value.std(0) / math.sqrt(samples)
 
 
-def cosine_directions(
-    normal: NDArray[np.float32], rng: np.random.Generator
-) -> NDArray[np.float32]:
+def cosine_directions(normal: NDArray[np.float32], rng: np.random.Generator) -> NDArray[np.float32]:
     """Unit directions about normals [N, 3] with pdf cos(theta)/pi per solid angle: [N, 3]."""
     direction = rng.normal(size=normal.shape)
     direction /= np.linalg.norm(direction, axis=1, keepdims=True)

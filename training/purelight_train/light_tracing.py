@@ -12,8 +12,8 @@ from typing import Any
 import drjit as dr
 import mitsuba as mi
 import numpy as np
-from purelight_format.errors import PureLightError
 
+from purelight_format.errors import PureLightError
 from purelight_train.exit_records import ExitRecords
 
 MAX_DEPTH = 256

@@ -12,8 +12,8 @@ import mitsuba as mi
 import numpy as np
 import trimesh
 from numpy.typing import NDArray
-from purelight_format.errors import PureLightError
 
+from purelight_format.errors import PureLightError
 from purelight_train.exit_surface import ExitSurface, visible_part
 
 VISIBILITY_RAYS = 1 << 21
@@ -112,7 +112,7 @@ def _mesh(shape: Any) -> tuple[NDArray[np.float32], NDArray[np.uint32]]:
             [[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], [[0, 1, 2], [0, 2, 3]]
         ),
         mi.ShapeType.Disk: lambda: trimesh.creation.annulus(1e-6, 1, 1e-9, sections=128),
-        mi.ShapeType.Cylinder: lambda: _open_cylinder(),
+        mi.ShapeType.Cylinder: _open_cylinder,
     }
     kind = mi.ShapeType(shape.shape_type())
     if kind not in primitives or "to_world" not in parameters:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Protocol
@@ -25,7 +25,7 @@ CHECKPOINT_SECONDS = 20.0
 class Progress(Protocol):
     """Receives steps done and the running loss."""
 
-    def __call__(self, step: int, loss: float) -> None: ...
+    def __call__(self, done: int, loss: float | None = None) -> None: ...
 
 
 @dataclass
@@ -69,7 +69,7 @@ def optimise(
             group["lr"] = learning_rate(step, settings)
         value = loss(np.random.default_rng([seed, step]))
         adam.zero_grad(set_to_none=True)
-        value.backward()  # type: ignore[no-untyped-call]
+        value.backward()
         norm = nn.utils.clip_grad_norm_(parameters, GRADIENT_NORM)
         if torch.isfinite(norm) and torch.isfinite(value):
             adam.step()
@@ -89,7 +89,7 @@ def optimise(
 
 
 def _store(
-    path: Path, module: nn.Module, adam: torch.optim.Adam, parameters: list[Tensor], step: int
+    path: Path, module: nn.Module, adam: torch.optim.Adam, parameters: Sequence[Tensor], step: int
 ) -> None:
     tensors = {f"module.{k}": v for k, v in module.state_dict().items()}
     for i, parameter in enumerate(parameters):
@@ -99,7 +99,7 @@ def _store(
 
 
 def _restore(
-    path: Path, module: nn.Module, adam: torch.optim.Adam, parameters: list[Tensor]
+    path: Path, module: nn.Module, adam: torch.optim.Adam, parameters: Sequence[Tensor]
 ) -> int:
     if not path.is_file():
         return 0

@@ -8,15 +8,15 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
-from purelight_format.errors import PureLightError
 from torch import Tensor, nn
 from tqdm import tqdm
 
+from purelight_format.errors import PureLightError
 from purelight_train import preview
 from purelight_train.cap_samples import CapSamples
 from purelight_train.description import Description
@@ -37,6 +37,7 @@ from purelight_train.throughput import straight_throughput
 from purelight_train.transparency import Transparency
 
 Float = NDArray[np.float32]
+Module = TypeVar("Module", bound=nn.Module)
 STAGES = ("light", "teacher", "distillation", "student", "transparency", "cap", "sampler",
           "fast_map")  # fmt: skip
 HELD_OUT = 1 << 17
@@ -100,20 +101,20 @@ class Training:
 
     @cached_property
     def teacher(self) -> Teacher:
-        flow = DirectionalFlow(self.description, self.preset).to(self.device)
+        flow = self._build("teacher", DirectionalFlow)
         self._train("teacher", flow, self._teacher_loss(flow), self.preset.teacher)
         return Teacher(self.description, self.luminaire.exit_surface, self.density, flow)
 
     @cached_property
     def student(self) -> Student:
-        student = Student(self.description, self.preset).to(self.device)
-        if not self.run.finished("student"):
-            self._train(
-                "student", student, self._student_loss(student), self.preset.student,
-                finish=lambda: self._close_flux(student),
-            )  # fmt: skip
-        else:
-            self._load("student", student)
+        student = self._build("student", Student)
+        self._train(
+            "student",
+            student,
+            self._student_loss(student),
+            self.preset.student,
+            finish=lambda: self._close_flux(student),
+        )
         return student
 
     @cached_property
@@ -135,14 +136,14 @@ class Training:
         """
         self._write_sources()
         student = self.student
-        transparency = Transparency(self.description, self.preset).to(self.device)
+        transparency = self._build("transparency", Transparency)
         self._train(
             "transparency", transparency, self._transparency_loss(transparency),
             self.preset.transparency,
         )  # fmt: skip
-        sampler = Sampler(self.description, self.preset).to(self.device)
+        sampler = self._build("sampler", Sampler)
         self._train("sampler", sampler, self._sampler_loss(sampler), self.preset.sampler)
-        fast_map = FastMap(self.description, self.preset).to(self.device)
+        fast_map = self._build("fast_map", FastMap)
         self._train("fast_map", fast_map, self._fast_map_loss(fast_map), self.preset.fast_map)
         metrics = self._metrics(student)
         self._previews(student, transparency)
@@ -248,7 +249,7 @@ class Training:
         return hits.position, hits.normal, -direction, value
 
     def _sampler_loss(self, sampler: Sampler) -> Callable[[np.random.Generator], Tensor]:
-        data: list[tuple[Tensor, ...]] = []
+        data: list[tuple[NDArray[np.float64], NDArray[np.int64]]] = []
 
         def loss(rng: np.random.Generator) -> Tensor:
             if not data:
@@ -256,12 +257,12 @@ class Training:
                 share = samples.luminance().astype(np.float64)
                 lit = np.flatnonzero(share.sum(1) > 0)
                 cumulative = np.cumsum(share[lit] / share[lit].sum(1, keepdims=True))
-                data.append((torch.from_numpy(cumulative), torch.from_numpy(lit)))
+                data.append((cumulative, lit))
             cumulative, lit = data[0]
-            u = torch.from_numpy(rng.random(self.preset.sampler.batch)) * cumulative[-1]
-            index = torch.searchsorted(cumulative, u).clamp(max=len(cumulative) - 1).numpy()
+            u = rng.random(self.preset.sampler.batch) * cumulative[-1]
+            index = np.minimum(np.searchsorted(cumulative, u), len(cumulative) - 1)
             cells = self.cap_samples.square.shape[1]
-            point, cell = lit.numpy()[index // cells], index % cells
+            point, cell = lit[index // cells], index % cells
             z, p = self._tensors(
                 self.cap_samples.square[point, cell], self.cap_samples.point[point]
             )
@@ -279,7 +280,7 @@ class Training:
 
     # Results
 
-    def radiance(self, student: Student) -> Callable[[Float, Float, Float], Float]:
+    def radiance(self, student: nn.Module) -> Callable[[Float, Float, Float], Float]:
         """The student as a function of NumPy arrays."""
 
         @torch.no_grad()
@@ -320,13 +321,18 @@ class Training:
         radiance = self.radiance(student)
         views = [preview.view(surface, radiance, 256, 35, e) for e in (10.0, -50.0)]
         preview.save_row(folder / "student.png", views)
-        through = preview.view(surface, self.radiance(transparency), 256, 35, 10.0)  # type: ignore[arg-type]
+        through = preview.view(surface, self.radiance(transparency), 256, 35, 10.0)
         preview.save_png(folder / "transparency.png", preview.tone_map(through, 1.0))
         if "teacher" in self.__dict__:
             picture = preview.view(surface, self.teacher.radiance, 256, 35, 10.0)
             preview.save_row(folder / "teacher_student.png", [picture, views[0]])
 
     # Helpers
+
+    def _build(self, name: str, kind: Callable[[Description, Preset], Module]) -> Module:
+        """A network with initial weights that depend on the seed and the stage only."""
+        torch.manual_seed(self.seed * 1009 + STAGES.index(name))
+        return kind(self.description, self.preset).to(self.device)
 
     def _train(
         self,
@@ -341,10 +347,6 @@ class Training:
             self._load(name, module)
             return
         stage = STAGES.index(name)
-        torch.manual_seed(self.seed * 1009 + stage)
-        for child in module.modules():
-            if hasattr(child, "reset_parameters"):
-                child.reset_parameters()
         loss(np.random.default_rng([self.seed, stage]))
         start = time.monotonic()
         with self._bar(name, settings.steps, "step") as update:
@@ -375,9 +377,7 @@ class Training:
 class Bar:
     """A progress bar that also takes the stage's time; called with the amount done."""
 
-    def __init__(
-        self, title: str, total: int, unit: str, finished: Callable[[float], Any]
-    ) -> None:
+    def __init__(self, title: str, total: int, unit: str, finished: Callable[[float], Any]) -> None:
         self.bar = tqdm(
             total=total, desc=f"{title:<22}", unit=unit, unit_scale=True, file=sys.stderr,
             mininterval=0.5, dynamic_ncols=True,

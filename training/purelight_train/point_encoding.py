@@ -28,9 +28,7 @@ class PointEncoding(nn.Module):
 
     def __init__(self, description: Description, grid: GridSize) -> None:
         super().__init__()
-        self.register_buffer(
-            "centre", torch.tensor(description.sphere.center), persistent=False
-        )
+        self.register_buffer("centre", torch.tensor(description.sphere.center), persistent=False)
         self.radius, self.r_max = description.sphere.radius, description.r_max
         self.grid = make_grid(grid)
 

@@ -107,8 +107,9 @@ class PositionalDensity:
         """Choose the radius so that a disc of average density holds `neighbours` photons."""
         radius = math.sqrt(neighbours * surface.area / (math.pi * len(records)))
         photons = NeighbourSum(
-            records.position, records.direction, records.weight / records.paths, radius
-        )
+            records.position, records.direction,
+            (records.weight / records.paths).astype(np.float32), radius,
+        )  # fmt: skip
         count = len(records)
         point, normal = surface.sample(count, rng)
         weight = np.full((count, 3), surface.area / count, np.float32)

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
+
 from purelight_format import atomic
 from purelight_format.geometry import BoundingSphere
-
 from purelight_train.cap_samples import Radiance, look
 from purelight_train.exit_surface import ExitSurface
 

@@ -1,13 +1,13 @@
 """A run directory: the complete, resumable record of one training run.
 
-    config.json                 luminaire path and digest, preset (all sizes), seed, route
-    description.json            sphere, flux, radiance scale, channels (`description.Description`)
-    surface.npz                 positions [V,3], triangles [T,3], triangle_flux [T,3] in W
-    escaped.npz                 direction [M,3], weight [M,3]: a random part of the exit records,
-                                scaled so that the weights sum to the flux
-    networks/NAME.safetensors   teacher, student, transparency, sampler, fast_map when finished
-    checkpoints/                unfinished stages
-    metrics.json  previews/     figures and pictures
+config.json                 luminaire path and digest, preset (all sizes), seed, route
+description.json            sphere, flux, radiance scale, channels (`description.Description`)
+surface.npz                 positions [V,3], triangles [T,3], triangle_flux [T,3] in W
+escaped.npz                 direction [M,3], weight [M,3]: a random part of the exit records,
+                            scaled so that the weights sum to the flux
+networks/NAME.safetensors   teacher, student, transparency, sampler, fast_map when finished
+checkpoints/                unfinished stages
+metrics.json  previews/     figures and pictures
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from purelight_format import atomic
-from purelight_format.errors import PureLightError
 from safetensors.torch import load_file, save
 from torch import Tensor, nn
 
+from purelight_format import atomic
+from purelight_format.errors import PureLightError
 from purelight_train.description import Description
 from purelight_train.fast_map import FastMap
 from purelight_train.presets import FlowSize, GridSize, MLPSize, Optimisation, Preset
@@ -84,7 +84,7 @@ class RunDirectory:
     def write_arrays(self, name: str, **arrays: NDArray[Any]) -> None:
         """Write an .npz member crash-safely."""
         with atomic.replace_file(self.path / name) as file:
-            np.savez(file, **arrays)
+            np.savez(file, allow_pickle=False, **arrays)
 
     # What the run is about
 

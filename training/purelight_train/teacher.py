@@ -52,7 +52,12 @@ class DirectionalFlow(nn.Module):
         azimuth = torch.atan2(normal[:, 1], normal[:, 0]) / (2 * math.pi) + 0.5
         one_hot = nn.functional.one_hot(channel, 3).to(position.dtype)
         return torch.cat(
-            (self.grid(unit), one_blob(polar, NORMAL_BINS), one_blob(azimuth, NORMAL_BINS), one_hot),
+            (
+                self.grid(unit),
+                one_blob(polar, NORMAL_BINS),
+                one_blob(azimuth, NORMAL_BINS),
+                one_hot,
+            ),
             dim=-1,
         )
 
@@ -90,9 +95,7 @@ class TeacherBatches:
             for c, sums in enumerate(self.cumulative)
         ])  # fmt: skip
         chosen = torch.from_numpy(np.minimum(index, len(self.cumulative[0]) - 1).astype(np.int64))
-        position, normal, outgoing = (
-            t[chosen.to(t.device)] for t in self.tensors
-        )
+        position, normal, outgoing = (t[chosen.to(t.device)] for t in self.tensors)
         return position, normal, outgoing, torch.from_numpy(channel).to(position.device)
 
 
@@ -129,13 +132,12 @@ class Teacher:
         device = self.flow.centre.device
         for i in range(0, len(position), BATCH):
             part = [
-                torch.from_numpy(a[i : i + BATCH]).to(device)
-                for a in (position, shading, outgoing)
+                torch.from_numpy(a[i : i + BATCH]).to(device) for a in (position, shading, outgoing)
             ]
             for channel in range(3):
                 if self.description.channels[channel]:
                     index = torch.full((len(part[0]),), channel, device=device)
-                    log = self.flow.log_pdf_projected(*part, index)
+                    log = self.flow.log_pdf_projected(part[0], part[1], part[2], index)
                     result[i : i + BATCH, channel] *= torch.exp(log).cpu().numpy()
         return result
 

@@ -16,9 +16,7 @@ class Transparency(SurfaceNetwork):
     """Transmittance in [0, 1] per channel, for the line that enters at position along -outgoing."""
 
     def __init__(self, description: Description, preset: Preset) -> None:
-        super().__init__(
-            description, preset.transparency_grid, DEGREE, preset.transparency_network
-        )
+        super().__init__(description, preset.transparency_grid, DEGREE, preset.transparency_network)
 
     def forward(self, position: Tensor, normal: Tensor, outgoing: Tensor) -> Tensor:
         """Transmittance: three of [N, 3] -> [N, 3]."""

@@ -9,8 +9,8 @@ from typing import Any
 import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
-from purelight_format.geometry import BoundingSphere
 
+from purelight_format.geometry import BoundingSphere
 from purelight_train.exit_records import ExitRecords
 
 Image = NDArray[np.float64]
@@ -106,8 +106,9 @@ def render_view(
         for i in range(passes)
     ]
     stack = np.stack(images).astype(np.float64)[..., :3]
-    error = stack.std(0, ddof=1) / math.sqrt(passes) if passes > 1 else np.full(stack[0].shape, np.nan)
-    return stack.mean(0), error
+    if passes == 1:
+        return stack[0], np.full(stack[0].shape, np.nan)
+    return stack.mean(0), stack.std(0, ddof=1) / math.sqrt(passes)
 
 
 def mape(image: Image, reference: Image, mask: NDArray[np.bool_] | None = None) -> float:
