@@ -1,7 +1,7 @@
 """The multi-resolution grid as a graph piece; `purelight_train.encodings.GridEncoding` defines it.
 
-All levels and corners of a row are looked up at once, in columns that run through the corners
-first and the levels of one corner next.
+All corners and levels of a row are looked up at once. A lookup brings the entry's whole row of
+the table, so columns run through the corners, then the levels, then the elements of an entry.
 """
 
 from __future__ import annotations
@@ -23,26 +23,16 @@ def grid(graph: Graph, x: Value, encoding: GridEncoding, *, compact: bool = Fals
 
     Arguments:
         x: [N, 3], clipped to [0, 1].
-        compact: Whether two features share one int32 entry, 15 bits each (half the size).
+        compact: Whether two features share one int32 element, 15 bits each (half the size).
     """
-    levels, features = encoding.levels, encoding.features
     table = encoding.table.detach().cpu().double().numpy()
-    if compact:
-        quantized, scale, offset = quantize(table, encoding)
-        groups = _packed_groups(quantized)
-    else:
-        scale, offset = np.ones((levels, features)), np.zeros((levels, features))
-        groups = [table]
-    index, weight = _corners(graph, x, encoding, groups[0].shape[1])
-    values = [
-        v for group in groups for v in _lookup(graph, group, index, features, compact=compact)
-    ]
-    sums = graph.concat(
-        [_sum_corners(graph, value * weight, levels) for value in values[:features]]
-    )
-    order = np.arange(levels * features).reshape(features, levels).T.reshape(-1)
-    matrix = np.eye(levels * features)[order] * scale.reshape(-1, 1)
-    return Features(sums, matrix, offset.reshape(-1))
+    x = graph.clip(x, 0.0, 1.0)
+    if not compact:
+        value = _interpolated(graph, x, encoding, graph.constant(table))
+        return Features(value, np.eye(table.shape[1] * encoding.levels), np.zeros(value.shape))
+    codes, scale, offset = quantize(table, encoding)
+    value = _interpolated(graph, x, encoding, graph.constant(pack(codes), np.int32))
+    return Features(value, _unpacked_columns(*scale.shape) * scale.reshape(-1, 1), offset.ravel())
 
 
 def quantize(
@@ -53,8 +43,7 @@ def quantize(
     Returns:
         [T, F] int32, scale [L, F], offset [L, F].
     """
-    bounds = [*encoding.offsets, len(table)]
-    parts = [table[a:b] for a, b in pairwise(bounds)]
+    parts = [table[a:b] for a, b in pairwise([*encoding.offsets, len(table)])]
     offset = np.stack([part.min(0) for part in parts])
     span = np.stack([part.max(0) for part in parts]) - offset
     scale = np.where(span > 0, span, 1.0) / (PACK - 1)
@@ -62,56 +51,68 @@ def quantize(
     return np.concatenate(codes).astype(np.int32), scale, offset
 
 
-def _packed_groups(codes: np.ndarray) -> list[np.ndarray]:
-    """Pairs of features in one entry: high PACK + low, each group [T, 1]."""
+def pack(codes: np.ndarray) -> np.ndarray:
+    """Features [T, F] in pairs, first 2^15 + second: [T, ceil(F / 2)] int32."""
     padded = np.pad(codes, ((0, 0), (0, codes.shape[1] % 2)))
-    pairs = range(0, padded.shape[1], 2)
-    return [padded[:, k : k + 1] * PACK + padded[:, k + 1 : k + 2] for k in pairs]
+    return padded[:, ::2] * PACK + padded[:, 1::2]
 
 
-def _lookup(
-    graph: Graph, table: np.ndarray, index: Value, features: int, *, compact: bool
-) -> list[Value]:
-    """Values of the features of a table at all corners, each [N, 8 L]."""
-    if not compact:
-        entries = graph.constant(table.reshape(-1))
-        return [graph.gather(entries, index + k if k else index) for k in range(features)]
-    pair = graph.gather(graph.constant(table.reshape(-1), np.int32), index)
-    high = pair / PACK
-    return [graph.cast(high, np.float32), graph.cast(pair - high * PACK, np.float32)]
+def _unpacked_columns(levels: int, features: int) -> np.ndarray:
+    """Matrix from the columns (half, level, pair) of packed values to (level, feature)."""
+    pairs = -(-features // 2)
+    level, feature = np.divmod(np.arange(levels * features), features)
+    column = (feature % 2 * levels + level) * pairs + feature // 2
+    return np.eye(2 * levels * pairs)[column]
 
 
-def _corners(graph: Graph, x: Value, encoding: GridEncoding, entry: int) -> tuple[Value, Value]:
-    """Table indices, in units of one of `entry` features, and trilinear weights: [N, 8 L] each."""
-    levels, resolution = encoding.levels, np.array(encoding.resolutions, np.float64)
+def _interpolated(graph: Graph, x: Value, encoding: GridEncoding, table: Value) -> Value:
+    """Trilinear interpolation of a table [T, E]: -> [N, levels E], or both halves if packed."""
+    levels, elements = encoding.levels, table.shape[1]
+    entries = graph.gather(table, _indices(graph, x, encoding))
+    entries = graph.reshape(entries, 8 * levels * elements)
+    weight = _weights(graph, x, np.repeat(np.array(encoding.resolutions, float), elements))
+    if table.dtype != np.int32:
+        return _sum_corners(graph, entries * weight)
+    high = entries / PACK
+    halves = (graph.cast(half, np.float32) for half in (high, entries - high * PACK))
+    return graph.concat([_sum_corners(graph, half * weight) for half in halves])
+
+
+def _cells(graph: Graph, x: Value, resolution: np.ndarray) -> tuple[Value, Value]:
+    """Scaled coordinates and their cells, all x first: [N, 3] -> two of [N, 3 R]."""
     scale = np.kron(np.eye(3), resolution[:, None])
-    scaled = graph.linear(graph.clip(x, 0.0, 1.0), scale, np.zeros(3 * levels))
-    low = graph.minimum(graph.floor(scaled), np.tile(resolution - 1, 3))
-    high = scaled - low
-    sides = [graph.split(1.0 - high, [levels] * 3), graph.split(high, [levels] * 3)]
-    weights = [sides[k][2] * sides[j][1] * sides[i][0] for i, j, k in CORNERS]
-    return _indices(graph, low, encoding, entry), graph.concat(weights)
+    scaled = graph.linear(x, scale, np.zeros(len(scale)))
+    return scaled, graph.minimum(graph.floor(scaled), np.tile(resolution - 1, 3))
 
 
-def _indices(graph: Graph, low: Value, encoding: GridEncoding, entry: int) -> Value:
-    """Table indices of the eight corners of the cells whose low corner is given [N, 3 L]."""
-    levels = encoding.levels
-    strides = np.array([encoding.strides(level) for level in range(levels)]).T * entry
-    ends = np.array([*encoding.offsets[1:], len(encoding.table)])
-    sizes, offsets = (ends - encoding.offsets) * entry, np.array(encoding.offsets) * entry
-    largest = np.abs(strides * (np.array(encoding.resolutions) + 1)).sum(0).max()
-    dtype = np.int32 if max(largest, ends[-1] * entry) < 2**31 else np.int64
-    parts = graph.split(graph.cast(low, dtype) * strides.reshape(-1), [levels] * 3)
+def _weights(graph: Graph, x: Value, resolution: np.ndarray) -> Value:
+    """Trilinear weights of the corners: [N, 3] -> [N, 8 R]."""
+    scaled, cell = _cells(graph, x, resolution)
+    high = scaled - cell
+    sides = [graph.split(side, [len(resolution)] * 3) for side in (1.0 - high, high)]
+    return graph.concat([sides[k][2] * sides[j][1] * sides[i][0] for i, j, k in CORNERS])
+
+
+def _indices(graph: Graph, x: Value, encoding: GridEncoding) -> Value:
+    """Table rows of the corners of each level's cell: [N, 3] -> [N, 8 L]."""
+    levels, resolution = encoding.levels, np.array(encoding.resolutions)
+    strides = np.array([encoding.strides(level) for level in range(levels)]).T
+    rows, offsets = len(encoding.table), np.tile(encoding.offsets, 8)
+    largest = max(rows, np.abs(strides * (resolution + 1)).sum(0).max())
+    _, cell = _cells(graph, x, resolution.astype(float))
+    steps = graph.cast(cell, np.int32 if largest < 2**31 else np.int64) * strides.reshape(-1)
+    along = graph.split(steps, [levels] * 3)
+    first = graph.concat([along[0] + along[1] + along[2]] * 8)
     corners = np.concatenate([np.array(corner) @ strides for corner in CORNERS])
-    first = graph.concat([parts[0] + parts[1] + parts[2]] * 8)
     if all(encoding.dense):
-        return first + (corners + np.tile(offsets, 8))
-    return graph.binary("Mod", first + corners, np.tile(sizes, 8)) + np.tile(offsets, 8)
+        return first + (corners + offsets)
+    sizes = np.tile(np.diff([*encoding.offsets, rows]), 8)
+    return graph.binary("Mod", first + corners, sizes) + offsets
 
 
-def _sum_corners(graph: Graph, values: Value, levels: int) -> Value:
-    """Sums the eight corners by halves: [N, 8 L] -> [N, L]."""
-    while values.shape[0] > levels:
+def _sum_corners(graph: Graph, values: Value) -> Value:
+    """Sums the eight corners by halves: [N, 8 D] -> [N, D]."""
+    for _ in range(3):
         low, high = graph.split(values, [values.shape[0] // 2] * 2)
         values = low + high
     return values

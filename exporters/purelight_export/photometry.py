@@ -182,7 +182,8 @@ def _number(value: float) -> str:
 
 def _wrapped(values: np.ndarray) -> list[str]:
     """Numbers in lines of at most `LINE_WIDTH` characters."""
-    lines, line = [], ""
+    lines: list[str] = []
+    line = ""
     for word in map(_number, values):
         if line and len(line) + len(word) + 1 > LINE_WIDTH:
             lines, line = [*lines, line], ""

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import torch
+import trimesh
 from torch import nn
 
 from purelight_export.graph import Graph, Value
@@ -16,7 +18,12 @@ from purelight_format.geometry import BoundingSphere
 from purelight_onnx.session import Session
 from purelight_train.description import Description
 from purelight_train.encodings import MLP, GridEncoding
+from purelight_train.fast_map import FastMap
 from purelight_train.presets import DRAFT, FlowSize, GridSize, MLPSize, Preset
+from purelight_train.run_directory import RunDirectory
+from purelight_train.sampler import Sampler
+from purelight_train.student import Student
+from purelight_train.transparency import Transparency
 
 Piece = Callable[..., Value]
 
@@ -94,3 +101,35 @@ def unit() -> Callable[..., np.ndarray]:
         return (v / np.linalg.norm(v, axis=1, keepdims=True)).astype(np.float32)
 
     return vectors
+
+
+@pytest.fixture(scope="session")
+def run_directory(
+    tmp_path_factory: pytest.TempPathFactory, preset: Preset, description: Description, wild: Any
+) -> Path:
+    """A finished run whose lamp is a ball and whose networks were never trained."""
+    run = RunDirectory(tmp_path_factory.mktemp("run"))
+    mesh = trimesh.creation.icosphere(subdivisions=2, radius=description.sphere.radius * 0.999)
+    positions = (mesh.vertices + np.array(description.sphere.center)).astype(np.float32)
+    flux = np.tile(np.array(description.flux) / len(mesh.faces), (len(mesh.faces), 1))
+    rng = np.random.default_rng(0)
+    direction = rng.standard_normal((20_000, 3))
+    direction /= np.linalg.norm(direction, axis=1, keepdims=True)
+    weight = np.tile(np.array(description.flux) / len(direction), (len(direction), 1))
+    run.write_json(
+        "config.json",
+        {"luminaire": "/home/someone/lamp.xml", "digest": "0" * 64, "seed": 1, "route": "teacher",
+         "preset": preset.to_dict()},
+    )  # fmt: skip
+    run.write_json("description.json", description.to_dict())
+    run.write_json("metrics.json", {"held_out_gain_nats": 1.5, "losses": {"student": [1.0]}})
+    run.write_arrays(
+        "surface.npz", positions=positions, triangles=mesh.faces.astype(np.uint32),
+        triangle_flux=(0.99 * flux).astype(np.float32),
+    )  # fmt: skip
+    run.write_arrays("escaped.npz", direction=direction, weight=weight.astype(np.float32))
+    kinds = {"student": Student, "transparency": Transparency, "sampler": Sampler,
+             "fast_map": FastMap}  # fmt: skip
+    for name, kind in kinds.items():
+        run.save(name, wild(kind, description, preset))
+    return run.path

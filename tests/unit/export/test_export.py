@@ -1,0 +1,176 @@
+"""A run directory becomes a bundle."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+from photompy import IESFile
+from pxr import Usd, UsdUtils
+
+from purelight_export import cli, networks, parts
+from purelight_export.export import export
+from purelight_export.photometry import lumens
+from purelight_format import bundle, usd_asset
+from purelight_format.bundle import Bundle
+from purelight_format.errors import PureLightError
+from purelight_format.vectors import SIGNATURES
+from purelight_onnx.luminaire import Luminaire
+from purelight_train.run_directory import RunDirectory
+
+
+@pytest.fixture(scope="session")
+def lamp(run_directory: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    output = tmp_path_factory.mktemp("lamp") / "lamp.plux"
+    export(run_directory, output, name="Test Lamp")
+    return output
+
+
+def test_all_files_appear_and_nothing_else(lamp: Path) -> None:
+    names = {path.name for path in lamp.parent.iterdir()}
+    assert names == {"lamp.plux", "lamp.ies", "lamp.shape.ies", "lamp.usda"}
+
+
+def test_the_bundle_is_valid_and_complete(lamp: Path) -> None:
+    opened = Bundle.open(lamp)
+    assert set(opened.manifest.networks) == set(SIGNATURES)
+    assert opened.manifest.name == "Test Lamp"
+    assert opened.manifest.networks["sampler"].uniform_fraction == 0.05
+    assert opened.manifest.fidelity["held_out_gain_nats"] == 1.5
+    assert opened.manifest.provenance["scene"] == "lamp.xml"
+    assert next(iter(opened.entries)) == "test_lamp.usda"
+    assert opened.read("preview.png").startswith(b"\x89PNG")
+    assert b"/home" not in opened.data
+
+
+def test_the_golden_vectors_hold_in_the_runtime(lamp: Path) -> None:
+    luminaire = Luminaire.open(lamp)
+    for name in SIGNATURES:
+        luminaire.network(name)
+        vectors = luminaire.bundle.vectors(name)
+        assert len(vectors) == 64
+
+
+def test_the_golden_vectors_find_a_wrong_host(lamp: Path) -> None:
+    luminaire = Luminaire.open(lamp)
+    for name, (inputs, outputs) in SIGNATURES.items():
+        vectors = luminaire.bundle.vectors(name)
+        swapped = {key: array[:, ::-1] for key, array in vectors.inputs.items()}
+        result = luminaire.network(name)(swapped)
+        for output in outputs:
+            error = np.abs(result[output] - vectors.outputs[output])
+            wrong = (error > vectors.tolerances[output]).reshape(len(vectors), -1).any(1)
+            assert wrong.mean() > 0.5, (name, output, list(inputs))
+
+
+def test_a_runtime_equals_the_trained_networks(lamp: Path, run_directory: Path) -> None:
+    luminaire = Luminaire.open(lamp)
+    student = RunDirectory.open(run_directory).networks().student
+    vectors = luminaire.bundle.vectors("appearance")
+    with torch.no_grad():
+        expected = student(*map(torch.from_numpy, vectors.inputs.values())).numpy()
+    result = luminaire.radiance(*vectors.inputs.values())
+    np.testing.assert_allclose(result, expected, rtol=1e-4, atol=1e-4 * expected.max())
+
+
+def test_the_surface_carries_the_whole_flux(lamp: Path) -> None:
+    opened = Bundle.open(lamp)
+    total = opened.surface().triangle_flux.sum(0)
+    np.testing.assert_allclose(total, opened.manifest.flux, rtol=1e-5)
+
+
+def test_the_photometric_file_has_the_lumens(lamp: Path) -> None:
+    flux = Bundle.open(lamp).manifest.flux
+    file = IESFile.read(lamp.with_suffix(".ies"))
+    assert file.photometry.total_optical_power() == pytest.approx(lumens(np.array(flux)), rel=0.01)
+
+
+def test_the_usd_asset_names_the_bundle(lamp: Path) -> None:
+    stage = Usd.Stage.Open(str(lamp.with_suffix(".usda")))
+    (found,) = usd_asset.luminaires(stage)
+    assert Path(found.bundle) == lamp
+    assert found.digest == Bundle.open(lamp).digest
+    shape = stage.GetPrimAtPath(found.fallback[0]).GetAttribute("inputs:shaping:ies:file").Get()
+    assert Path(shape.resolvedPath) == lamp.with_suffix(".shape.ies")
+    missing = UsdUtils.ComputeAllDependencies(str(lamp.with_suffix(".usda")))[2]
+    assert not missing
+
+
+def test_the_same_run_gives_the_same_bytes(lamp: Path, run_directory: Path, tmp_path: Path) -> None:
+    export(run_directory, tmp_path / "lamp.plux", name="Test Lamp")
+    assert (tmp_path / "lamp.plux").read_bytes() == lamp.read_bytes()
+
+
+def test_a_bundle_of_less(run_directory: Path, tmp_path: Path) -> None:
+    export(run_directory, tmp_path / "a.plux", networks=["fast_map"], compact=True)
+    opened = Bundle.open(tmp_path / "a.plux")
+    assert list(opened.manifest.networks) == ["appearance", "fast_map"]
+    assert opened.manifest.provenance["precision"] == "compact"
+    assert not [name for name in opened.entries if "sampler" in name or "transparency" in name]
+
+
+def test_a_network_that_differs_is_not_written(
+    run_directory: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    build: Callable[..., bytes] = networks.transparency
+
+    def wrong(network: torch.nn.Module, *, compact: bool = False) -> bytes:
+        network.network[-1].bias.data += 0.05
+        model = build(network, compact=compact)
+        network.network[-1].bias.data -= 0.05
+        return model
+
+    monkeypatch.setattr(parts.networks, "transparency", wrong)
+    with pytest.raises(PureLightError, match="transparency: the ONNX network differs"):
+        export(run_directory, tmp_path / "lamp.plux")
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_failing_write_leaves_the_old_files(
+    lamp: Path, run_directory: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shutil.copytree(lamp.parent, tmp_path, dirs_exist_ok=True)
+    before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+
+    def full(*arguments: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(bundle.container, "write", full)
+    status = cli.main([str(run_directory), "--output", str(tmp_path / "lamp.plux")])
+    assert status == 2
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
+
+
+@pytest.mark.parametrize(
+    ("run", "output", "message"),
+    [
+        ("nowhere", "lamp.plux", "run directory"),
+        (".", "lamp.zip", ".plux"),
+        (".", "missing/lamp.plux", "missing"),
+    ],
+)
+def test_faults_of_the_user_are_one_line(
+    run_directory: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    run: str,
+    output: str,
+    message: str,
+) -> None:
+    status = cli.main([str(run_directory / run), "--output", str(tmp_path / output)])
+    error = capsys.readouterr().err.strip().splitlines()[-1]
+    assert status == 2
+    assert error.startswith("purelight-export: error: ")
+    assert message in error
+    assert not list(tmp_path.iterdir())
+
+
+def test_an_unknown_network_is_named(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as caught:
+        cli.main(["run", "--output", "lamp.plux", "--networks", "sampler,teacher"])
+    assert caught.value.code == 2
+    assert "teacher" in capsys.readouterr().err
