@@ -1,0 +1,42 @@
+"""`purelight-demo`: the whole job on a built-in lamp, with a report to look at."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from purelight_format.errors import PureLightError
+
+LAMPS = ("frosted_globe", "filament_bulb", "crystal")
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Runs the command; returns 0, or 2 after a one-line error."""
+    options = _parser().parse_args(argv)
+    try:
+        report = _run(options)
+    except (PureLightError, OSError) as error:
+        print(f"purelight-demo: error: {error}", file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        print("purelight-demo: stopped; run it again to go on", file=sys.stderr)
+        return 130
+    print(f"Look at {report}")
+    return 0
+
+
+def _run(options: argparse.Namespace) -> Path:
+    from purelight_examples.demo import Demo
+
+    return Demo(options.output, options.lamp, options.preset)()
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="purelight-demo", description=__doc__)
+    add = parser.add_argument
+    add("--output", type=Path, default=Path("out/demo"), help="folder; finished stages are kept")
+    add("--lamp", choices=LAMPS, default=LAMPS[0])
+    add("--preset", default="draft", help="of purelight-train")
+    return parser

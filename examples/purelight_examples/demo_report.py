@@ -1,0 +1,175 @@
+"""The demo's report: the room by each method, the lamp itself, and what everything cost."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import OpenEXR
+
+from purelight_examples.rendering import Image, errors
+from purelight_examples.report import Grade, Row, Shot, Table, Wipe, heat, write_page
+from purelight_examples.stages import Record, duration
+from purelight_format import atomic
+from purelight_format.manifest import Manifest
+from purelight_onnx.picture import LUMINANCE, png
+
+METHODS = {
+    "path": "Path tracing, same time",
+    "accurate": "PureLight, accurate",
+    "fast": "PureLight, fast",
+    "reference": "Reference, light traced",
+}
+DETAIL = (slice(0.55, 0.86), slice(0.42, 0.73))  # rows and columns, as parts of the picture
+HEAT_WHITE = 0.5
+
+
+def write(folder: Path, lamp: str, done: dict[str, Record], manifest: Manifest) -> None:
+    """Write report.html and a PNG beside each EXR of the demo's folder."""
+    room = {name: read_exr(folder / f"room_{name}.exr") for name in METHODS}
+    seen = {name: read_exr(folder / f"lamp_{name}.exr") for name in ("asset", "reference")}
+    gains = white_balance(manifest.flux)
+    grade = Grade(gains, exposure(room["reference"] * gains, 90))
+    sections: list[Row | Wipe | Table] = [
+        Wipe(_shot(grade, "path", room), _shot(grade, "accurate", room)),
+        _room_row(grade, room, done),
+        _detail_row(grade, room),
+        _error_row(room),
+        _lamp_row(gains, seen, done),
+        _cost_table(done),
+        _network_table(manifest, done),
+    ]
+    for name, image in [*prefixed("room", room), *prefixed("lamp", seen)]:
+        own = grade if name.startswith("room") else Grade(gains, exposure(image * gains, 99))
+        pixels = png(image * np.asarray(own.gains), own.stops)
+        atomic.write_bytes(folder / f"{name}.png", pixels)
+    title = f"{lamp.replace('_', ' ').capitalize()}: a lamp as one file"
+    write_page(folder / "report.html", title, _lead(done, manifest), sections)
+
+
+def prefixed(prefix: str, images: dict[str, Image]) -> list[tuple[str, Image]]:
+    """Pictures by the name of their file."""
+    return [(f"{prefix}_{name}", image) for name, image in images.items()]
+
+
+def read_exr(path: Path) -> Image:
+    """A picture [H, W, 3]."""
+    with OpenEXR.File(str(path)) as file:
+        return np.asarray(file.channels()["RGB"].pixels, dtype=np.float64)
+
+
+def white_balance(flux: Sequence[float], strength: float = 0.7) -> tuple[float, float, float]:
+    """Gains that move the lamp's colour most of the way to white, at equal luminance."""
+    present = np.maximum(np.asarray(flux, np.float64), 1e-3 * max(flux))
+    gains = present**-strength
+    gains *= (LUMINANCE @ present) / (LUMINANCE @ (gains * present))
+    r, g, b = gains.tolist()
+    return r, g, b
+
+
+def exposure(image: Image, percentile: float) -> float:
+    """Stops that bring a percentile of the luminance to white."""
+    level = float(np.percentile(image @ LUMINANCE, percentile))
+    return -float(np.log2(level)) if level > 0 else 0.0
+
+
+def _lead(done: dict[str, Record], manifest: Manifest) -> str:
+    flux = " / ".join(f"{f:.3g}" for f in manifest.flux)
+    size = done["export"].figures["bytes"] / 1e6
+    return (
+        f"Trained in {duration(done['train'].seconds)} on this machine, exported as lamp.plux "
+        f"({size:.1f} MB); flux {flux} W in R, G and B. "
+        "Pictures are balanced towards the lamp's colour and share one exposure."
+    )
+
+
+def _shot(grade: Grade, name: str, room: dict[str, Image]) -> Shot:
+    return Shot(METHODS[name], grade.uri(room[name]))
+
+
+def _room_row(grade: Grade, room: dict[str, Image], done: dict[str, Record]) -> Row:
+    shots = []
+    for name, title in METHODS.items():
+        figures = done[name].figures
+        error = figures["noise"] if name == "reference" else errors(room[name], room["reference"])
+        rows = {
+            "time": f"{figures['seconds']:.1f} s",
+            "paths per pixel": f"{figures['spp']:,}",
+            "MAPE": f"{100 * error['mape']:.1f} %",
+            "relative MSE": f"{error['relative_mse']:.4f}",
+        }
+        shots.append(Shot(title, grade.uri(room[name]), rows))
+    text = (
+        "The same room and camera. Errors are against the reference on the right, whose own "
+        "figures are its noise, judged from its two halves: no method can measure below it."
+    )
+    return Row("The room", text, shots)
+
+
+def _detail_row(grade: Grade, room: dict[str, Image]) -> Row:
+    shots = [Shot(METHODS[name], grade.uri(crop(image))) for name, image in room.items()]
+    return Row("A detail", "The same pixels, enlarged.", shots)
+
+
+def crop(image: Image) -> Image:
+    """The detail of a picture."""
+    height, width = image.shape[:2]
+    rows, columns = (
+        slice(int(part.start * side), int(part.stop * side))
+        for part, side in zip(DETAIL, (height, width), strict=True)
+    )
+    return image[rows, columns]
+
+
+def _error_row(room: dict[str, Image]) -> Row:
+    reference = room["reference"]
+    floor = 0.01 * reference.mean()
+    shots = []
+    for name in ("path", "accurate", "fast"):
+        error = (np.abs(room[name] - reference) / (reference + floor)).mean(-1)
+        shots.append(Shot(METHODS[name], heat(error, HEAT_WHITE)))
+    text = f"Relative error of each pixel, white from {100 * HEAT_WHITE:.0f} %; noise is grainy."
+    return Row("Where the error is", text, shots)
+
+
+def _lamp_row(
+    gains: tuple[float, float, float], seen: dict[str, Image], done: dict[str, Record]
+) -> Row:
+    reference = seen["reference"]
+    error = errors(seen["asset"], reference)
+    noise = done["view_reference"].figures["noise"]
+    lit = reference[reference.sum(-1) > 0] * np.asarray(gains)
+    figures = [
+        {"MAPE": f"{100 * e['mape']:.1f} %", "relative MSE": f"{e['relative_mse']:.4f}"}
+        for e in (error, noise)
+    ]
+    shots = []
+    for part, percentile in (("glass", 60), ("filament", 98)):
+        grade = Grade(gains, exposure(lit[None], percentile))
+        shots.append(Shot(f"Asset, exposed for the {part}", grade.uri(seen["asset"]), figures[0]))
+        shots.append(Shot("The real lamp, traced", grade.uri(reference), figures[1]))
+    text = (
+        "The lamp seen directly, as networks and as glass and wire. The traced picture's own "
+        f"figures are its noise after {done['view_reference'].figures['spp']:,} paths per pixel."
+    )
+    return Row("The lamp itself", text, shots)
+
+
+def _cost_table(done: dict[str, Record]) -> Table:
+    shown = {**METHODS, "plain": "A plain light of equal flux"}
+    rows = []
+    for name, title in shown.items():
+        figures = done[name].figures
+        cost = 1e3 * figures["seconds"] / figures["spp"]
+        rows.append([title, f"{figures['spp']:,}", f"{figures['seconds']:.1f} s", f"{cost:.0f} ms"])
+    header = ("Room", "paths per pixel", "time", "time per path per pixel")
+    return Table("What a picture costs", header, rows)
+
+
+def _network_table(manifest: Manifest, done: dict[str, Record]) -> Table:
+    rows = [
+        [name.replace("_", " "), f"{info.bytes / 1e3:,.0f} kB", f"{info.macs_per_sample:,}"]
+        for name, info in manifest.networks.items()
+    ]
+    return Table("What the file holds", ("Network", "size", "multiply-adds per sample"), rows)

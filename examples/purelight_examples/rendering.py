@@ -1,0 +1,88 @@
+"""Pictures by Mitsuba, timed: a set number of paths per pixel, or as many as a time allows."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import mitsuba as mi
+import numpy as np
+from numpy.typing import NDArray
+from tqdm import tqdm
+
+from purelight_train import truth
+
+Image = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Rendering:
+    """A picture [H, W, 3] in W/(m² sr), with what it cost.
+
+    Arguments:
+        halves: the means of the even and of the odd passes, whose difference shows the noise.
+    """
+
+    image: Image
+    spp: int
+    seconds: float
+    halves: tuple[Image, Image] | None = None
+
+    def noise(self) -> dict[str, float]:
+        """What `errors` gives for this picture against the truth, judged from its two halves.
+
+        Their difference has twice the standard error of their mean: a first-order metric is
+        halved and a second-order one quartered.
+        """
+        if self.halves is None:
+            return {}
+        apart = errors(*self.halves)
+        return {"mape": apart["mape"] / 2, "relative_mse": apart["relative_mse"] / 4}
+
+
+def errors(image: Image, reference: Image) -> dict[str, float]:
+    """MAPE and relative MSE of a picture."""
+    return {
+        "mape": truth.mape(image, reference),
+        "relative_mse": truth.relative_mse(image, reference),
+    }
+
+
+def render(scene: Path, spp: int, seed: int = 0) -> Rendering:
+    """Render a scene file with its own integrator, `spp` paths per pixel.
+
+    The seconds are those of rendering, with the compilation of its kernels, without loading.
+    """
+    loaded = mi.load_file(str(scene))
+    start = time.perf_counter()
+    image = _image(mi.render(loaded, spp=spp, seed=seed))
+    return Rendering(image, spp, time.perf_counter() - start)
+
+
+def render_for(scene: Path, seconds: float, title: str, pass_spp: int = 4) -> Rendering:
+    """Render passes of `pass_spp` until the time is used, two at the least."""
+    loaded = mi.load_file(str(scene))
+    sums: list[Any] = [0.0, 0.0]
+    counts = [0, 0]
+    start = time.perf_counter()
+    used = 0.0
+    with tqdm(total=round(seconds), unit="s", desc=title, bar_format=BAR) as bar:
+        while counts[1] == 0 or used * (1 + 0.5 / sum(counts)) < seconds:
+            half = sum(counts) % 2
+            sums[half] += _image(mi.render(loaded, spp=pass_spp, seed=sum(counts)))
+            counts[half] += 1
+            used = time.perf_counter() - start
+            bar.n = min(round(used), bar.total)
+            bar.refresh()
+    image = (sums[0] + sums[1]) / sum(counts)
+    halves = (sums[0] / counts[0], sums[1] / counts[1])
+    return Rendering(image, pass_spp * sum(counts), used, halves)
+
+
+BAR = "{desc}: {percentage:3.0f}% {bar} {n_fmt} of {total_fmt} s"
+
+
+def _image(rendered: Any) -> Image:
+    return np.array(rendered, dtype=np.float64)[..., :3]
