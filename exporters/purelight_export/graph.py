@@ -112,7 +112,7 @@ class Graph:
         key = (data.dtype.str, data.shape, row, data.tobytes())
         if key not in self._constants:
             value = Value(self, f"c{len(self._constants)}", row, data.dtype)
-            self._constants[key] = (value, np.ascontiguousarray(data))
+            self._constants[key] = (value, data.copy())
         return self._constants[key][0]
 
     def _axes(self, axes: Sequence[int]) -> Value:
