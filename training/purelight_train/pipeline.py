@@ -427,7 +427,7 @@ def start(
             )
     training = Training(run, scene, preset, seed, torch.device(device))
     if not (output / "config.json").is_file():
-        training.luminaire  # noqa: B018 - a faulty scene must leave no run directory behind
+        training.description  # noqa: B018 - a faulty or dark lamp must leave nothing behind
         output.mkdir(parents=True, exist_ok=True)
         run.write_json("config.json", config)
     return training

@@ -1,0 +1,48 @@
+"""Faults a user can cause: one line, exit code 2, nothing left behind."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from purelight_train.cli import main
+
+CASES = {
+    "missing": (None, "no such file"),
+    "not_xml": ("certainly not XML", "not a Mitsuba 3 scene"),
+    "unknown_plugin": (
+        '<scene version="3.0.0"><shape type="teapot"/></scene>',
+        "not a Mitsuba 3 scene",
+    ),
+    "no_emitter": (
+        '<scene version="3.0.0"><shape type="sphere"/></scene>',
+        "no emitter",
+    ),
+    "sky": (
+        '<scene version="3.0.0"><shape type="sphere"/><emitter type="constant"/></scene>',
+        "shines from infinity",
+    ),
+    "dark": (
+        '<scene version="3.0.0"><shape type="sphere"><emitter type="area">'
+        '<rgb name="radiance" value="0"/></emitter></shape></scene>',
+        "emits nothing",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_faulty_scene(
+    case: str, mitsuba: Any, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    text, reason = CASES[case]
+    scene, output = tmp_path / "lamp.xml", tmp_path / "run"
+    if text is not None:
+        scene.write_text(text)
+    assert main([str(scene), "--output", str(output), "--device", "cpu"]) == 2
+    error = [line for line in capfd.readouterr().err.splitlines() if "error:" in line]
+    assert len(error) == 1
+    assert error[0].startswith("purelight-train: error: ")
+    assert reason in error[0]
+    assert not output.exists()

@@ -1,0 +1,82 @@
+"""Encodings: harmonics are orthonormal, grids interpolate, gradients are right."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+import torch
+
+from purelight_train.encodings import (
+    GridEncoding,
+    SphericalHarmonics,
+    WeightedLookup,
+    monomial_exponents,
+    one_blob,
+)
+
+
+@pytest.mark.parametrize("degree", [1, 3, 5])
+def test_harmonics_are_orthonormal(degree: int) -> None:
+    """The integral of Y_i Y_j over the sphere is the identity, by a product quadrature."""
+    nodes, weight = (torch.from_numpy(a) for a in np.polynomial.legendre.leggauss(12))
+    phi = (torch.arange(24, dtype=torch.float64) + 0.5) * (2 * math.pi / 24)
+    z, phi = (a.reshape(-1) for a in torch.meshgrid(nodes, phi, indexing="ij"))
+    rho = torch.sqrt(1 - z * z)
+    direction = torch.stack((rho * torch.cos(phi), rho * torch.sin(phi), z), -1)
+    value = SphericalHarmonics(degree).double()(direction)
+    gram = value.T @ (value * weight.repeat_interleave(24)[:, None] * (2 * math.pi / 24))
+    torch.testing.assert_close(gram, torch.eye(degree**2, dtype=torch.float64), atol=1e-6, rtol=0)
+
+
+def test_monomials_span_every_band() -> None:
+    for degree in range(1, 6):
+        exponents = monomial_exponents(degree)
+        assert len(set(exponents)) == degree**2
+        assert all(c <= 1 and a + b + c < degree for a, b, c in exponents)
+
+
+@pytest.mark.parametrize("table_size", [1 << 10, 1 << 14])
+def test_dense_levels_reproduce_linear_functions(table_size: int) -> None:
+    """Trilinear interpolation of a linear function is exact, at corners and faces too."""
+    grid = GridEncoding(1, 1, 8, 8, table_size).double()
+    assert grid.dense == [True]
+    axis = torch.arange(9, dtype=torch.float64) / 8
+    z, y, x = torch.meshgrid(axis, axis, axis, indexing="ij")
+    grid.table.data = (x + 2 * y - 3 * z).reshape(-1, 1)
+    edge = torch.tensor([[0.0, 0, 0], [1, 1, 1], [1, 0, 0.5]])
+    point = torch.cat((edge, torch.rand(200, 3, generator=torch.Generator().manual_seed(0))))
+    point = point.double()
+    expected = point @ torch.tensor([1.0, 2.0, -3.0], dtype=torch.float64)
+    torch.testing.assert_close(grid(point)[:, 0], expected, atol=1e-12, rtol=0)
+
+
+def test_hashed_level_stays_in_its_table() -> None:
+    grid = GridEncoding(3, 2, 4, 64, 1 << 8)
+    point = torch.rand(500, 3, generator=torch.Generator().manual_seed(1))
+    for level in range(3):
+        index, weight = grid.corners(point, level)
+        low = grid.offsets[level]
+        high = grid.offsets[level + 1] if level < 2 else len(grid.table)
+        assert index.min() >= low
+        assert index.max() < high
+        torch.testing.assert_close(weight.sum(1), torch.ones(500))
+    assert grid.dense == [True, False, False]
+
+
+def test_lookup_gradient_matches_plain_indexing() -> None:
+    generator = torch.Generator().manual_seed(2)
+    table = torch.randn(20, 3, generator=generator, requires_grad=True)
+    index = torch.randint(0, 20, (50, 8), generator=generator)
+    weight = torch.rand(50, 8, generator=generator)
+    twin = table.detach().clone().requires_grad_()
+    (WeightedLookup.apply(table, index, weight) ** 2).sum().backward()
+    ((twin[index] * weight[..., None]).sum(1) ** 2).sum().backward()
+    torch.testing.assert_close(table.grad, twin.grad)
+
+
+def test_one_blob_peaks_in_its_bin() -> None:
+    value = one_blob(torch.tensor([0.0, 0.55, 1.0]), 10)
+    assert value.argmax(1).tolist() == [0, 5, 9]
+    assert float(value[1, 5]) == pytest.approx(1.0)

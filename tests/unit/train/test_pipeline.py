@@ -1,0 +1,189 @@
+"""A whole run on a tiny preset: results, resuming, refusals."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import torch
+from safetensors.torch import load_file
+
+from purelight_train.presets import (
+    DRAFT,
+    PRESETS,
+    FlowSize,
+    GridSize,
+    MLPSize,
+    Optimisation,
+    Preset,
+)
+
+TINY = dataclasses.replace(
+    DRAFT,
+    name="tiny",
+    paths=1 << 20,
+    density_neighbours=300,
+    teacher_grid=GridSize(2, 2, 4, 8, 1 << 10),
+    teacher_flow=FlowSize(2, MLPSize(16, 2), 8),
+    teacher=Optimisation(60, 1 << 11, 1e-2),
+    distillation_samples=1 << 17,
+    student_grid=GridSize(2, 2, 4, 8, 1 << 10),
+    student_network=MLPSize(16, 2),
+    student=Optimisation(150, 1 << 11, 1e-2),
+    transparency_samples=1 << 14,
+    transparency=Optimisation(30, 1 << 10, 1e-2),
+    cap_points=1 << 8,
+    sampler=Optimisation(30, 1 << 10, 1e-2),
+    fast_map=Optimisation(30, 1 << 5, 1e-2),
+)
+
+
+def train(lamp: Path, output: Path, preset: Preset = TINY, **options: Any) -> dict[str, Any]:
+    from purelight_train.pipeline import start
+
+    return start(lamp, output, preset, 0, "cpu", resume=options.get("resume", False))()
+
+
+@pytest.fixture(scope="module")
+def run(lamp: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    output = tmp_path_factory.mktemp("runs") / "tiny"
+    train(lamp, output)
+    return output
+
+
+def test_run_is_complete(run: Path) -> None:
+    from purelight_train.run_directory import RunDirectory
+
+    opened = RunDirectory.open(run)
+    networks, description = opened.networks(), opened.description
+    assert opened.preset == TINY
+    assert description.flux[0] > description.flux[1] > description.flux[2] > 0
+    metrics = opened.read_json("metrics.json")
+    np.testing.assert_allclose(metrics["student_flux"], description.flux, rtol=0.02)
+    assert metrics["held_out_gain_nats"] > 0.2
+    assert set(metrics["losses"]) == {"teacher", "student", "transparency", "sampler", "fast_map"}
+    escaped = opened.read_arrays("escaped.npz")
+    np.testing.assert_allclose(escaped["weight"].sum(0), description.flux, rtol=1e-4)
+    triangle_flux = opened.read_arrays("surface.npz")["triangle_flux"]
+    np.testing.assert_allclose(triangle_flux.sum(0), description.flux, rtol=0.02)
+    for name in ("student.png", "transparency.png", "teacher_student.png"):
+        assert (run / "previews" / name).read_bytes().startswith(b"\x89PNG")
+    point = torch.tensor([[0.0, 0.0, -1.0], [0.0, 0.0, 0.0], [1e5, 0.0, 0.0]])
+    toward, pdf = networks.sampler(point, torch.rand(3, 2))
+    assert torch.isfinite(toward).all()
+    assert pdf[1] == 0
+    assert (pdf[[0, 2]] > 0).all()
+
+
+def test_interrupted_run_ends_the_same(run: Path, lamp: Path, tmp_path: Path) -> None:
+    """Lose the last three networks and keep the rest: the same files come back."""
+    import shutil
+
+    again = tmp_path / "again"
+    shutil.copytree(run, again)
+    for name in ("student", "transparency", "fast_map"):
+        (again / "networks" / f"{name}.safetensors").unlink()
+    (again / "metrics.json").unlink()
+    train(lamp, again, resume=True)
+    for name in ("student", "transparency", "sampler", "fast_map"):
+        old, new = (load_file(r / "networks" / f"{name}.safetensors") for r in (run, again))
+        for key in old:
+            torch.testing.assert_close(new[key], old[key], atol=2e-2, rtol=2e-2)
+
+
+def test_checkpoint_continues_where_it_stopped(tmp_path: Path) -> None:
+    """A run stopped halfway and resumed takes the same steps as one that was not."""
+    from purelight_train import optimisation
+
+    target = torch.linspace(0, 1, 64)
+
+    def loss_of(module: torch.nn.Module) -> Any:
+        def loss(rng: np.random.Generator) -> torch.Tensor:
+            x = torch.from_numpy(rng.random((64, 4)).astype(np.float32))
+            return ((module(x)[:, 0] - target) ** 2).mean()
+
+        return loss
+
+    class Stop(Exception):  # noqa: N818 - a signal, not an error
+        pass
+
+    def stop(done: int, loss: float | None = None) -> None:
+        if done >= 40:
+            raise Stop
+
+    settings = Optimisation(100, 64, 1e-2)
+    results = []
+    for interrupted in (False, True):
+        torch.manual_seed(0)
+        module = torch.nn.Linear(4, 1)
+        file = tmp_path / f"{interrupted}.safetensors"
+        if interrupted:
+            with pytest.MonkeyPatch.context() as patch:
+                patch.setattr(optimisation, "CHECKPOINT_SECONDS", -1.0)
+                with pytest.raises(Stop):
+                    optimisation.optimise(module, loss_of(module), settings, 3, file, stop)
+            assert file.is_file()
+            module = torch.nn.Linear(4, 1)
+        optimisation.optimise(module, loss_of(module), settings, 3, file, lambda *_: None)
+        assert not file.exists()
+        results.append(module.weight.detach().clone())
+    torch.testing.assert_close(results[0], results[1], atol=1e-6, rtol=0)
+
+
+def test_bad_gradient_is_skipped_and_counted(tmp_path: Path) -> None:
+    from purelight_train.optimisation import optimise
+
+    module = torch.nn.Linear(1, 1)
+
+    def loss(rng: np.random.Generator) -> torch.Tensor:
+        x = torch.tensor([[float("nan") if rng.random() < 0.3 else 1.0]])
+        return ((module(x) - 2) ** 2).mean()
+
+    trace = optimise(module, loss, Optimisation(200, 1, 5e-2), 0, tmp_path / "c", lambda *_: None)
+    assert 30 < trace.skipped < 90
+    assert float(module(torch.ones(1, 1))) == pytest.approx(2, abs=0.05)
+
+
+def test_other_run_in_the_way(run: Path, lamp: Path) -> None:
+    from purelight_format.errors import PureLightError
+
+    with pytest.raises(PureLightError, match="--resume"):
+        train(lamp, run)
+    with pytest.raises(PureLightError, match="another preset"):
+        train(lamp, run, preset=PRESETS["standard"], resume=True)
+
+
+@pytest.mark.slow
+def test_killed_run_resumes(lamp: Path, run: Path, tmp_path: Path) -> None:
+    """Kill -9 at random moments, resume until done: equal to the uninterrupted run."""
+    output = tmp_path / "killed"
+    code = (
+        "import sys; from pathlib import Path; sys.path.insert(0, sys.argv[3]);"
+        "from purelight_mitsuba import platform; platform.use();"
+        "import torch; torch.set_num_threads(2);"
+        "from purelight_train.pipeline import start;"
+        "from test_pipeline import TINY;"
+        "start(Path(sys.argv[1]), Path(sys.argv[2]), TINY, 0, 'cpu', resume=True)()"
+    )
+    command = [sys.executable, "-c", code, str(lamp), str(output), str(Path(__file__).parent)]
+    rng = np.random.default_rng(0)
+    for _ in range(10):
+        process = subprocess.Popen(command, stderr=subprocess.DEVNULL)
+        time.sleep(rng.uniform(4, 25))
+        if process.poll() is None:
+            os.kill(process.pid, signal.SIGKILL)
+        process.wait()
+    subprocess.run(command, check=True, stderr=subprocess.DEVNULL)
+    figures = [json.loads((r / "metrics.json").read_text()) for r in (run, output)]
+    np.testing.assert_allclose(
+        figures[1]["held_out_gain_nats"], figures[0]["held_out_gain_nats"], atol=0.01
+    )
