@@ -10,15 +10,12 @@ from pathlib import Path
 from purelight_format import atomic, container, usd_asset
 from purelight_format.container import Entry
 from purelight_format.errors import PureLightError
-from purelight_format.limits import LIMITS
-from purelight_format.manifest import MEMBER as MANIFEST
 from purelight_format.manifest import Manifest, Member
+from purelight_format.members import MANIFEST, PHOTOMETRY
+from purelight_format.members import PREVIEW as PREVIEW
 from purelight_format.surface import Surface
-from purelight_format.validate import Examination, examine
+from purelight_format.validate import Examination, examine, read_file
 from purelight_format.vectors import Vectors
-
-PHOTOMETRY = "photometry.ies"
-PREVIEW = "preview.png"
 
 
 @dataclass(frozen=True)
@@ -52,7 +49,7 @@ class Bundle:
         """
         path = Path(path)
         data = read_file(path)
-        checked = examine(data, depth="structure" if validate else "digests")
+        checked = examine(data, depth=2 if validate else 1)
         manifest = _require_valid(checked, f"{path}: not a valid bundle")
         return Bundle(path, manifest, data, checked.entries)
 
@@ -78,19 +75,6 @@ class Bundle:
     def vectors(self, network: str) -> Vectors:
         """Returns the golden vectors of a network."""
         return Vectors.from_members(network, self.read)
-
-
-def read_file(path: Path) -> bytes:
-    """Reads at most one byte more than a bundle may have.
-
-    Raises:
-        PureLightError: If the file cannot be read.
-    """
-    try:
-        with open(path, "rb") as file:
-            return file.read(LIMITS.file_bytes + 1)
-    except OSError as error:
-        raise PureLightError(f"{path}: cannot read: {error.strerror}") from error
 
 
 def write(path: str | Path, manifest: Manifest, members: Mapping[str, bytes]) -> Bundle:
@@ -129,7 +113,7 @@ def _require_valid(checked: Examination, failure: str) -> Manifest:
         PureLightError: With the first error.
     """
     errors = checked.report.errors
-    if errors or checked.manifest is None:
+    if errors:
         first = errors[0]
         more = f" (and {len(errors) - 1} more; see purelight-validate)" if len(errors) > 1 else ""
         raise PureLightError(

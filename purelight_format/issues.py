@@ -121,7 +121,8 @@ _TABLE = (
     Code("PLX_MANIFEST_DARK", "no channel carries flux", "plux.md#m7", W),
     Code("PLX_MANIFEST_SCALE_INVALID", "the radiance scale must be positive", "plux.md#m8"),
     Code("PLX_MANIFEST_RMAX_INVALID", "r_max must be above 1 radius, at most 1e6", "plux.md#m9"),
-    Code("PLX_MANIFEST_NETWORK_UNKNOWN", "no network of this name is defined", "plux.md#m10"),
+    Code("PLX_MANIFEST_NETWORK_UNKNOWN", "no network of this name is defined; it is ignored",
+         "plux.md#m10", W),
     Code("PLX_MANIFEST_NETWORK_MISSING", "the bundle needs the network {network}", "plux.md#m10"),
     Code("PLX_MANIFEST_MEMBER_MISSING", "the bundle lacks the member {member}", "plux.md#m11"),
     Code("PLX_MANIFEST_MEMBER_UNLISTED", "the manifest does not list this member", "plux.md#m11"),
@@ -182,6 +183,8 @@ _TABLE = (
          "conformance.md#g3", W),
     Code("PLX_GOLDEN_MISMATCH",
          "{count} of {total} vectors are not met by the reference evaluator (error {error:.3})",
+         "conformance.md#g4"),
+    Code("PLX_GOLDEN_BROKEN", "the network fails on its golden vectors: {what}",
          "conformance.md#g4"),
     # Pictures and photometry
     Code("PLX_PREVIEW_INVALID", "the preview is no PNG picture", "plux.md#p1"),

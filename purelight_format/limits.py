@@ -26,8 +26,8 @@ class Limits:
         sample_floats_sum: elements per sample of all intermediates; bounds time and memory of
             everything that is no matrix product.
         sample_macs: multiply-adds per sample of matrix products; the paper's student has 1.1 M.
-        array_bytes: largest surface or vector array; 64 golden maps in float64 take 393 kB.
-        vertices, triangles: an exit surface is a lamp's skin, not a scanned statue.
+        array_bytes: an exit surface is a lamp's skin, not a scanned statue: 5 million vertices;
+            64 golden maps in float64 take 393 kB.
         vectors: golden vectors per network.
         layer_bytes: the USD layer holds the exit mesh as text.
         picture_bytes: preview and photometry are for people, not for textures.
@@ -50,11 +50,9 @@ class Limits:
     sample_floats: int = 65_536
     sample_floats_sum: int = 1 << 20
     sample_macs: int = 16_000_000
-    array_bytes: int = 256 * MIB
-    vertices: int = 4_000_000
-    triangles: int = 4_000_000
+    array_bytes: int = 64 * MIB
     vectors: int = 1024
-    layer_bytes: int = 256 * MIB
+    layer_bytes: int = 128 * MIB
     picture_bytes: int = 16 * MIB
     issues: int = 100
 

@@ -10,9 +10,9 @@ from purelight_format import strict_json
 from purelight_format.geometry import BoundingSphere
 from purelight_format.issues import FormatError, Issue
 from purelight_format.manifest_reader import Reader
+from purelight_format.members import MANIFEST
 
 FORMAT_VERSION = "1.0"
-MEMBER = "manifest.json"
 LARGEST = 1e6  # Metres, and radii.
 UNITS = {
     "length": "m",
@@ -153,10 +153,10 @@ def examine(data: bytes) -> tuple[Manifest | None, list[Issue]]:
         The manifest, None if there is an error; and the issues.
     """
     try:
-        value = strict_json.loads(data, MEMBER)
+        value = strict_json.loads(data, MANIFEST)
     except FormatError as error:
         return None, [error.issue]
-    reader = Reader(value, MEMBER)
+    reader = Reader(value, MANIFEST)
     if not reader.version("format_version", FORMAT_VERSION):
         return None, reader.issues
     manifest = _read(reader)

@@ -1,0 +1,303 @@
+"""Vetting of a network before any runtime sees it: from bytes, by our own walk over the graph.
+
+ONNX's checker accepts graphs that allocate gigabytes or never end, and its shape inference can
+be made to do so itself; here nothing is computed but shapes, and every operator has a bound.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from purelight_format import members
+from purelight_format.errors import PureLightError
+from purelight_format.issues import Issue, fail, issue
+from purelight_format.limits import LIMITS
+from purelight_format.onnx_operators import FLOAT, OPERATORS, TYPES, Node, Tensor
+from purelight_format.vectors import SIGNATURES, Shapes
+
+IR_VERSION = 10
+OPSET = 18
+ROWS = "N"
+INT, FLOAT_ATTRIBUTE, FLOATS, INTS = 2, 1, 6, 7  # Numbers of ONNX's AttributeProto.
+GRAPH, GRAPHS = 5, 10
+
+
+@dataclass(frozen=True)
+class NetworkCost:
+    """What one evaluation takes.
+
+    Arguments:
+        macs_per_sample: multiply-adds of matrix products.
+        floats_per_sample: elements of all intermediates.
+        largest: elements per sample of the largest intermediate.
+        bytes: size of the model.
+        warnings: what is unusual but harmless.
+    """
+
+    macs_per_sample: int
+    floats_per_sample: int
+    largest: int
+    bytes: int
+    warnings: tuple[Issue, ...] = ()
+
+
+def inspect(model: bytes, network: str, where: str = "") -> NetworkCost:
+    """Vets a network.
+
+    Arguments:
+        model: ONNX bytes.
+        network: a key of `vectors.SIGNATURES`.
+        where: the location that issues name.
+
+    Returns:
+        Its cost per sample.
+
+    Raises:
+        FormatError: With a PLX_ONNX code.
+    """
+    where = where or members.network(network)
+    try:
+        proto = _parse(model, where)
+        return _inspect(proto, network, where, len(model))
+    except UnicodeDecodeError:
+        fail("PLX_ONNX_PARSE", where)
+
+
+def _parse(model: bytes, where: str) -> Any:
+    if len(model) > LIMITS.network_bytes:
+        _too_large(where, "bytes", len(model), LIMITS.network_bytes)
+    try:
+        import onnx
+        from google.protobuf.message import DecodeError  # type: ignore[import-untyped]
+    except ImportError as error:
+        remedy = "pip install 'purelight[onnx]'"
+        raise PureLightError(f"checking networks needs the onnx package: {remedy}") from error
+    try:
+        return onnx.ModelProto.FromString(model)
+    except DecodeError:
+        fail("PLX_ONNX_PARSE", where)
+
+
+def _inspect(proto: Any, network: str, where: str, size: int) -> NetworkCost:
+    graph = proto.graph
+    _require_header(proto, where)
+    _require_features(proto, where)
+    _require_counts(graph, where)
+    signature = SIGNATURES[network]
+    _require_signature(graph.input, signature.inputs, f"{where}:inputs")
+    _require_signature(graph.output, signature.outputs, f"{where}:outputs")
+    values = {name: Tensor(FLOAT, shape) for name, shape in signature.inputs.items()}
+    for tensor in graph.initializer:
+        _define(values, tensor.name, _initializer(tensor, where), where)
+    macs, floats, largest = _walk(graph.node, values, where)
+    _require_outputs(values, signature.outputs, where)
+    return NetworkCost(macs, floats, largest, size, tuple(_warnings(proto, where)))
+
+
+def _too_large(where: str, what: str, size: int, limit: int) -> None:
+    fail("PLX_ONNX_TOO_LARGE", where, what=what, size=size, limit=limit)
+
+
+# The model around the graph
+
+
+def _require_header(proto: Any, where: str) -> None:
+    if not proto.HasField("graph"):
+        fail("PLX_ONNX_PARSE", where)
+    if proto.ir_version != IR_VERSION:
+        fail("PLX_ONNX_IR_VERSION", where, version=proto.ir_version, expected=IR_VERSION)
+    for opset in proto.opset_import:
+        _require_domain(opset.domain, where)
+    versions = [opset.version for opset in proto.opset_import]
+    if versions != [OPSET]:
+        fail("PLX_ONNX_OPSET", where, version=versions[:4], expected=OPSET)
+
+
+def _require_domain(domain: str, where: str) -> None:
+    if domain not in ("", "ai.onnx"):
+        fail("PLX_ONNX_FOREIGN_DOMAIN", where, domain=domain[:80])
+
+
+def _require_features(proto: Any, where: str) -> None:
+    """What ONNX can hold besides nodes and initializers has no place here."""
+    graph = proto.graph
+    features = {
+        "local functions": proto.functions,
+        "training graphs": proto.training_info,
+        "sparse initializers": graph.sparse_initializer,
+        "quantization annotations": graph.quantization_annotation,
+        "stated shapes of intermediates": graph.value_info,
+    }
+    for feature, found in features.items():
+        if len(found):
+            fail("PLX_ONNX_FEATURE", where, feature=feature)
+
+
+def _require_counts(graph: Any, where: str) -> None:
+    if len(graph.node) > LIMITS.nodes:
+        _too_large(where, "nodes", len(graph.node), LIMITS.nodes)
+    if len(graph.initializer) > LIMITS.initializers:
+        _too_large(where, "initializers", len(graph.initializer), LIMITS.initializers)
+
+
+def _require_signature(values: Any, expected: Shapes, where: str) -> None:
+    """Names in order, float32, rows named N, and fixed sizes."""
+    found = [_describe(value) for value in values[: len(expected) + 1]]
+    wanted = [(name, 1, (ROWS, *shape)) for name, shape in expected.items()]
+    if found != wanted:
+        text = ", ".join(f"{name}[{','.join(map(str, dims))}]" for name, _, dims in wanted)
+        fail("PLX_ONNX_IO_SIGNATURE", where, what="inputs and outputs", expected=f"{text} float32")
+
+
+def _describe(value: Any) -> tuple[str, int, tuple[Any, ...]]:
+    kind = value.type.tensor_type
+    dims = [d.dim_value if d.HasField("dim_value") else d.dim_param for d in kind.shape.dim[:8]]
+    return value.name, kind.elem_type, tuple(dims)
+
+
+def _warnings(proto: Any, where: str) -> Iterator[Issue]:
+    graph = proto.graph
+    read = {name for node in graph.node for name in node.input}
+    for tensor in graph.initializer:
+        if tensor.name not in read:
+            yield issue("PLX_ONNX_UNUSED_INITIALIZER", f"{where}:{tensor.name[:80]}")
+    parts = (proto, graph, *graph.node, *graph.initializer)
+    if any(part.metadata_props or part.doc_string for part in parts):
+        yield issue("PLX_ONNX_METADATA", where)
+
+
+# Initializers
+
+
+def _initializer(tensor: Any, where: str) -> Tensor:
+    """A constant, read without a copy; only raw data of the declared size is accepted."""
+    where = f"{where}:{tensor.name[:80]}"
+    if tensor.data_location or len(tensor.external_data):
+        fail("PLX_ONNX_EXTERNAL_DATA", where)
+    if tensor.data_type not in TYPES:
+        fail("PLX_ONNX_TENSOR_TYPE", where, type=tensor.data_type)
+    dtype, shape = TYPES[tensor.data_type], tuple(tensor.dims)
+    if len(shape) > LIMITS.tensor_rank or any(size < 1 for size in shape):
+        fail("PLX_ONNX_TENSOR_DATA", where, what=f"sizes {shape[:8]} are not allowed")
+    if math.prod(shape) * dtype.itemsize != len(tensor.raw_data) or _has_other_data(tensor):
+        fail("PLX_ONNX_TENSOR_DATA", where, what="raw data of the declared size is required")
+    value = np.frombuffer(tensor.raw_data, dtype.newbyteorder("<")).reshape(shape)
+    if dtype == FLOAT and not np.isfinite(value).all():
+        fail("PLX_ONNX_NON_FINITE_WEIGHT", where)
+    return Tensor(dtype, shape, value)
+
+
+def _has_other_data(tensor: Any) -> bool:
+    fields = ("float", "int32", "int64", "double", "uint64", "string")
+    return tensor.HasField("segment") or any(len(getattr(tensor, f"{f}_data")) for f in fields)
+
+
+# Nodes
+
+
+def _define(values: dict[str, Tensor], name: str, tensor: Tensor, where: str) -> None:
+    if not name or name in values:
+        fail("PLX_ONNX_DUPLICATE_NAME", where, name=name[:80])
+    values[name] = tensor
+
+
+def _walk(nodes: Any, values: dict[str, Tensor], where: str) -> tuple[int, int, int]:
+    """Gives every value its shape: multiply-adds, floats, largest floats per sample."""
+    macs = floats = largest = 0
+    for index, proto in enumerate(nodes):
+        node = _node(proto, values, f"{where}:node {index}")
+        if all(tensor is None or tensor.value is not None for tensor in node.inputs):
+            node.bad_shape("no input depends on the network's inputs")
+        outputs = OPERATORS[node.op].rule(node)
+        if len(outputs) != len(proto.output):
+            fail("PLX_ONNX_ATTRIBUTE", node.where, what=f"{node.op} has {len(outputs)} outputs")
+        for name, tensor in zip(proto.output, outputs, strict=True):
+            _require_size(tensor, node)
+            _define(values, name, tensor, node.where)
+            floats, largest = floats + tensor.size, max(largest, tensor.size)
+        macs += _products(node)
+        _require_cost(node.where, macs, floats)
+    return macs, floats, largest
+
+
+def _node(proto: Any, values: dict[str, Tensor], where: str) -> Node:
+    _require_domain(proto.domain, where)
+    if proto.op_type not in OPERATORS or proto.overload:
+        fail("PLX_ONNX_OP_NOT_ALLOWED", where, op=proto.op_type[:80])
+    operator = OPERATORS[proto.op_type]
+    count = len(proto.input)
+    if not operator.least <= count <= operator.most or len(proto.output) > LIMITS.node_outputs:
+        what = f"{proto.op_type} with {count} inputs and {len(proto.output)} outputs"
+        fail("PLX_ONNX_ATTRIBUTE", where, what=what)
+    for name in proto.input:
+        if name and name not in values:
+            fail("PLX_ONNX_UNDEFINED_NAME", where, name=name[:80])
+    inputs = tuple(values[name] if name else None for name in proto.input)
+    attributes = _attributes(proto, operator.attributes, where)
+    return Node(proto.op_type, where, inputs, attributes, len(proto.output))
+
+
+def _attributes(proto: Any, allowed: tuple[str, ...], where: str) -> dict[str, Any]:
+    attributes: dict[str, Any] = {}
+    for attribute in proto.attribute:
+        name = attribute.name
+        if attribute.type in (GRAPH, GRAPHS) or attribute.HasField("g") or attribute.graphs:
+            fail("PLX_ONNX_SUBGRAPH", where, name=name[:80])
+        if name not in allowed or name in attributes or attribute.ref_attr_name:
+            fail("PLX_ONNX_ATTRIBUTE", where, what=f"{proto.op_type}: attribute {name[:80]!r}")
+        attributes[name] = _attribute(attribute, where)
+    return attributes
+
+
+def _attribute(attribute: Any, where: str) -> Any:
+    """The value of an attribute of the type that its name has in ONNX."""
+    whole = attribute.name not in ("alpha", "beta", "perm")
+    if attribute.type == INT and whole:
+        return attribute.i
+    if attribute.type == FLOAT_ATTRIBUTE and attribute.name in ("alpha", "beta"):
+        return attribute.f
+    if attribute.type == INTS and attribute.name == "perm" and len(attribute.ints) <= 16:
+        return list(attribute.ints)
+    return fail("PLX_ONNX_ATTRIBUTE", where, what=f"{attribute.name}: wrong type of attribute")
+
+
+def _require_size(tensor: Tensor, node: Node) -> None:
+    if not tensor.size or len(tensor.shape) + 1 > LIMITS.tensor_rank:
+        node.bad_shape(f"the result {tensor.shape} is empty or has too many axes")
+    if tensor.size > LIMITS.sample_floats:
+        _too_costly(node.where, tensor.size, "elements", LIMITS.sample_floats)
+
+
+def _products(node: Node) -> int:
+    """Multiply-adds of a matrix product per row: one for each weight."""
+    if node.op not in ("Gemm", "MatMul"):
+        return 0
+    return node.constant(1, (FLOAT,)).size
+
+
+def _require_cost(where: str, macs: int, floats: int) -> None:
+    if macs > LIMITS.sample_macs:
+        _too_costly(where, macs, "multiply-adds", LIMITS.sample_macs)
+    if floats > LIMITS.sample_floats_sum:
+        _too_costly(where, floats, "elements in all", LIMITS.sample_floats_sum)
+
+
+def _too_costly(where: str, size: int, what: str, limit: int) -> None:
+    fail("PLX_ONNX_COST", where, size=size, what=what, limit=limit)
+
+
+def _require_outputs(values: dict[str, Tensor], expected: Shapes, where: str) -> None:
+    for name, shape in expected.items():
+        found = values.get(name)
+        if found is None or found.value is not None:
+            fail("PLX_ONNX_UNDEFINED_NAME", f"{where}:outputs", name=name)
+        if (found.dtype, found.shape) != (FLOAT, shape):
+            what = f"{name}, computed as {found.dtype} {found.shape},"
+            fail(
+                "PLX_ONNX_IO_SIGNATURE", f"{where}:outputs", what=what, expected=f"float32 {shape}"
+            )
