@@ -18,7 +18,7 @@ from purelight_train.description import Description
 from purelight_train.run_directory import Networks
 
 CHOICES = ("appearance", "transparency", "sampler", "fast_map")
-AGREEMENT = {"fp32": 2e-3, "compact": 3e-2}
+AGREEMENT = {"fp32": 1e-3, "compact": 2e-2}
 PROBES = 512
 
 
