@@ -17,7 +17,6 @@ from purelight_examples.stages import Figures, Record, Stage, run_stages
 from purelight_export import cli as export_cli
 from purelight_format.bundle import Bundle
 from purelight_format.errors import PureLightError
-from purelight_mitsuba import platform
 from purelight_onnx.camera import Camera
 from purelight_onnx.luminaire import Luminaire
 from purelight_onnx.picture import write_exr
@@ -52,8 +51,7 @@ class Demo:
     reference_seconds: float = 75.0
 
     def __call__(self) -> Path:
-        """Run every unfinished stage; returns the report's path."""
-        platform.use()
+        """Run every unfinished stage in the variant of Mitsuba in use; returns the report's path."""
         self.folder.mkdir(parents=True, exist_ok=True)
         run_stages(self.folder, self.stages())
         return self.folder / "report.html"

@@ -13,6 +13,7 @@ from typing import Any
 from purelight_format import atomic
 
 Figures = dict[str, Any]
+PRIOR = 60.0  # Seconds of trust in what stages are expected to take
 
 
 @dataclass(frozen=True)
@@ -55,10 +56,10 @@ def run_stages(
         say: receives one line per event.
     """
     records: dict[str, Record] = {}
-    digest, pace = "", 1.0
+    digest, expected, taken = "", PRIOR, PRIOR
     for number, stage in enumerate(stages):
         digest = input_digest(digest, stage)
-        left = pace * sum(later.expected for later in stages[number:])
+        left = taken / expected * sum(later.expected for later in stages[number:])
         head = f"[{number + 1}/{len(stages)}] {stage.title}"
         record = finished(folder, stage, digest)
         if record:
@@ -66,7 +67,7 @@ def run_stages(
         else:
             say(f"{head} ... about {duration(left)} left in all")
             record = run_stage(folder, stage, digest, records)
-            pace = 0.5 * pace + 0.5 * record.seconds / stage.expected
+            expected, taken = expected + stage.expected, taken + record.seconds
         records[stage.name] = record
     return records
 
