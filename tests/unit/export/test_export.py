@@ -72,7 +72,7 @@ def test_a_runtime_equals_the_trained_networks(lamp: Path, run_directory: Path) 
     student = RunDirectory.open(run_directory).networks().student
     vectors = luminaire.bundle.vectors("appearance")
     with torch.no_grad():
-        expected = student(*map(torch.from_numpy, vectors.inputs.values())).numpy()
+        expected = student(*map(torch.tensor, vectors.inputs.values())).numpy()
     result = luminaire.radiance(*vectors.inputs.values())
     np.testing.assert_allclose(result, expected, rtol=1e-4, atol=1e-4 * expected.max())
 

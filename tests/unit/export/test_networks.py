@@ -12,6 +12,7 @@ import torch
 from torch import nn
 
 from purelight_export import networks
+from purelight_format.geometry import cap, cap_to_direction
 from purelight_onnx.session import Session
 from purelight_train.description import Description
 from purelight_train.fast_map import FastMap
@@ -201,3 +202,32 @@ def test_fast_map(
     np.testing.assert_allclose(
         result, expected, rtol=1e-5, atol=(3e-4 if compact else 1e-5) * scale
     )
+
+
+@pytest.mark.parametrize("distance", [1.001, 1.5, 14.0, 100.0])
+def test_the_pdf_integrates_to_one(
+    description: Description, preset: Preset, wild: Wild, distance: float
+) -> None:
+    sphere, cells = description.sphere, 192
+    offset = np.array([0.48, 0.6, -0.64]) * sphere.radius * distance
+    point = np.tile(np.array(sphere.center) + offset, (cells**2, 1))
+    middle = (np.arange(cells) + 0.5) / cells
+    square = np.stack(np.meshgrid(middle, middle), -1).reshape(-1, 2)
+    view = cap(point, sphere)
+    toward = cap_to_direction(square, view)
+    network = Session(networks.sampler_pdf(wild(Sampler, description, preset)))
+    pdf = network({"point": point, "toward": toward})["pdf_solid_angle"]
+    assert (pdf * view.solid_angle).mean() == pytest.approx(1, abs=3e-3)
+
+
+@pytest.mark.parametrize("rows", [0, 1])
+def test_any_number_of_rows(
+    description: Description, preset: Preset, wild: Wild, rows: int
+) -> None:
+    model = networks.fast_map(wild(FastMap, description, preset))
+    result = Session(model)({"point": np.zeros((rows, 3))})
+    assert result["radiance_map"].shape == (rows, 16, 16, 3)
+    model = networks.sampler(wild(Sampler, description, preset))
+    result = Session(model)({"point": np.zeros((rows, 3)), "u": np.zeros((rows, 2))})
+    assert result["toward"].shape == (rows, 3)
+    assert result["pdf_solid_angle"].shape == (rows,)
