@@ -51,7 +51,7 @@ class Demo:
     reference_seconds: float = 75.0
 
     def __call__(self) -> Path:
-        """Run every unfinished stage in the variant of Mitsuba in use; returns the report's path."""
+        """Run every unfinished stage in Mitsuba's current variant; returns the report's path."""
         self.folder.mkdir(parents=True, exist_ok=True)
         run_stages(self.folder, self.stages())
         return self.folder / "report.html"
