@@ -19,6 +19,7 @@ from purelight_export.photometry import Intensity, ies_file, intensity, unit_ies
 from purelight_format import atomic, bundle, usd_asset
 from purelight_format.errors import PureLightError
 from purelight_format.manifest import Manifest, NetworkInfo
+from purelight_format.members import PHOTOMETRY, PREVIEW
 from purelight_format.onnx_profile import inspect
 from purelight_format.surface import Surface
 from purelight_onnx.camera import Camera
@@ -71,9 +72,9 @@ def export(
     )  # fmt: skip
     members, infos, errors = _networks(parts, compact=compact)
     members |= surface.to_members()
-    members[bundle.PHOTOMETRY] = lamp.photometry
+    members[PHOTOMETRY] = lamp.photometry
     manifest = lamp.manifest(infos, {"onnx_error": errors}, compact=compact)
-    members[bundle.PREVIEW] = _preview(manifest, members)
+    members[PREVIEW] = _preview(manifest, members)
     written = bundle.write(output, manifest, members)
     return [output, *_beside(lamp, written)]
 
