@@ -67,6 +67,7 @@ def optimise(
     for step in range(first, settings.steps):
         for group in adam.param_groups:
             group["lr"] = learning_rate(step, settings)
+        torch.manual_seed(seed * 1_000_003 + step)
         value = loss(np.random.default_rng([seed, step]))
         adam.zero_grad(set_to_none=True)
         value.backward()
