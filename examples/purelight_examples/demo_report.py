@@ -40,7 +40,8 @@ def write(folder: Path, lamp: str, done: dict[str, Record], manifest: Manifest) 
         _cost_table(done),
         _network_table(manifest, done),
     ]
-    for name, image in [*prefixed("room", room), *prefixed("lamp", seen)]:
+    pair = np.concatenate((room["path"], room["accurate"]), axis=1)
+    for name, image in [*prefixed("room", room | {"pair": pair}), *prefixed("lamp", seen)]:
         own = grade if name.startswith("room") else Grade(gains, exposure(image * gains, 99))
         pixels = png(image * np.asarray(own.gains), own.stops)
         atomic.write_bytes(folder / f"{name}.png", pixels)
@@ -96,8 +97,7 @@ def _room_row(grade: Grade, room: dict[str, Image], done: dict[str, Record]) -> 
         rows = {
             "time": f"{figures['seconds']:.1f} s",
             "paths per pixel": f"{figures['spp']:,}",
-            "MAPE": f"{100 * error['mape']:.1f} %",
-            "relative MSE": f"{error['relative_mse']:.4f}",
+            **_error_rows(error),
         }
         shots.append(Shot(title, grade.uri(room[name]), rows))
     text = (
@@ -105,6 +105,14 @@ def _room_row(grade: Grade, room: dict[str, Image], done: dict[str, Record]) -> 
         "figures are its noise, judged from its two halves: no method can measure below it."
     )
     return Row("The room", text, shots)
+
+
+def _error_rows(error: dict[str, float]) -> dict[str, str]:
+    return {
+        "MAPE": f"{100 * error['mape']:.1f} %",
+        "MAPE of 4x4 pixels": f"{100 * error['mape_blocks']:.1f} %",
+        "relative MSE": f"{error['relative_mse']:.4f}",
+    }
 
 
 def _detail_row(grade: Grade, room: dict[str, Image]) -> Row:
@@ -140,10 +148,7 @@ def _lamp_row(
     error = errors(seen["asset"], reference)
     noise = done["view_reference"].figures["noise"]
     lit = reference[reference.sum(-1) > 0] * np.asarray(gains)
-    figures = [
-        {"MAPE": f"{100 * e['mape']:.1f} %", "relative MSE": f"{e['relative_mse']:.4f}"}
-        for e in (error, noise)
-    ]
+    figures = [_error_rows(error), _error_rows(noise)]
     shots = []
     for part, percentile in (("glass", 60), ("filament", 98)):
         grade = Grade(gains, exposure(lit[None], percentile))
