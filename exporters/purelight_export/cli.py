@@ -35,7 +35,7 @@ def _parser() -> argparse.ArgumentParser:
     add("--output", type=Path, required=True, help="lamp.plux; .usda and .ies go beside it")
     add("--networks", type=_networks, default=CHOICES, help=",".join(CHOICES))
     add("--precision", choices=("fp32", "compact"), default="fp32",
-        help="compact: 15-bit grid tables, half the size and faster")  # fmt: skip
+        help="compact: grid tables of 15 bits, half their size")  # fmt: skip
     add("--name", help="name of the lamp (default: that of the file)")
     return parser
 
