@@ -174,3 +174,21 @@ def test_an_unknown_network_is_named(capsys: pytest.CaptureFixture[str]) -> None
         cli.main(["run", "--output", "lamp.plux", "--networks", "sampler,teacher"])
     assert caught.value.code == 2
     assert "teacher" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("channels", [(True, False, False), (False, False, False)])
+def test_lamps_without_some_channels(
+    run_directory: Path, tmp_path: Path, channels: tuple[bool, bool, bool]
+) -> None:
+    shutil.copytree(run_directory, tmp_path / "run")
+    run, present = RunDirectory(tmp_path / "run"), np.array(channels, np.float32)
+    description = run.read_json("description.json")
+    flux = [float(f * c) for f, c in zip(description["flux"], present, strict=True)]
+    run.write_json("description.json", description | {"channels": channels, "flux": flux})
+    for name, weights in (("escaped.npz", "weight"), ("surface.npz", "triangle_flux")):
+        arrays = run.read_arrays(name)
+        run.write_arrays(name, **(arrays | {weights: arrays[weights] * present}))
+    export(run.path, tmp_path / "lamp.plux")
+    luminaire = Luminaire.open(tmp_path / "lamp.plux")
+    radiance = luminaire.radiance(*luminaire.bundle.vectors("appearance").inputs.values())
+    np.testing.assert_array_equal(radiance.any(0), channels)
