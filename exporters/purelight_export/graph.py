@@ -142,7 +142,7 @@ class Graph:
         return Value(self, f"{op.lower()}_{self._count}", shape, np.dtype(dtype))
 
     def unary(self, op: str, x: Value) -> Value:
-        """Applies an elementwise operator of one operand (Abs, Exp, Relu, Softplus parts...)."""
+        """Applies an elementwise operator of one operand."""
         return self.node(op, [x], [x.shape], x.dtype)[0]
 
     def binary(self, op: str, a: Any, b: Any, dtype: Any = None) -> Value:
@@ -231,13 +231,13 @@ class Graph:
         return self.node("Gemm", [x, matrix, offset], [matrix.shape[:1]], x.dtype, transB=1)[0]
 
     def gather(self, table: Value, index: Value) -> Value:
-        """Looks up rows of a constant table: index [N, D] into [T] gives [N, D]."""
+        """Looks up rows of a constant table: index [N, D] into [T, F] gives [N, D, F]."""
         return self.node("Gather", [table, index], [index.shape + table.shape[1:]], table.dtype)[0]
 
-    def gather_columns(self, table: Any, columns: Sequence[int]) -> Value:
+    def gather_columns(self, x: Value, columns: Sequence[int]) -> Value:
         """Picks columns of each row in any order: [N, D] to [N, len(columns)]."""
         index = self._initializer(np.asarray(columns, np.int64))
-        return self.node("Gather", [table, index], [index.shape], table.dtype, axis=1)[0]
+        return self.node("Gather", [x, index], [index.shape], x.dtype, axis=1)[0]
 
     def pick(self, x: Value, index: Value) -> Value:
         """Picks one column per row: x [N, D] and an index [N, 1] give [N, 1]."""
