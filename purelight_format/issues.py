@@ -158,6 +158,7 @@ _TABLE = (
     Code("PLX_NPY_SIZE", "the data has {size} bytes, the header says {expected}", "plux.md#a1"),
     Code("PLX_NPY_TOO_LARGE", "{size} bytes, at most {limit}", "plux.md#a3"),
     Code("PLX_NPY_NON_FINITE", "a value is not finite", "plux.md#a4"),
+    Code("PLX_SURFACE_EMPTY", "there are no triangles", "plux.md#s1"),
     Code("PLX_SURFACE_INDEX", "triangle {triangle} names a vertex that does not exist",
          "plux.md#s1"),
     Code("PLX_SURFACE_FLUX", "a triangle's flux is negative", "plux.md#s2"),

@@ -66,6 +66,8 @@ class Surface:
         return surface
 
     def _require_indices(self) -> None:
+        if not len(self.triangles):
+            fail("PLX_SURFACE_EMPTY", MEMBERS["triangles"][0])
         bad = np.flatnonzero((self.triangles >= len(self.positions)).any(1))
         if len(bad):
             fail("PLX_SURFACE_INDEX", MEMBERS["triangles"][0], triangle=bad[0])

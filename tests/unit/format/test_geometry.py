@@ -128,8 +128,8 @@ def test_the_cap_map_keeps_areas() -> None:
         view = cap(np.array([[0.0, 0.0, -ratio]]), BoundingSphere((0.0, 0.0, 0.0), 1.0))
         toward = cap_to_direction(*paired(cells, view))
         low = 1 - view.one_minus_cos[0]
-        assert toward[:, 2].mean() == pytest.approx((1 + low) / 2, rel=1e-5)
-        assert (toward[:, 2] ** 2).mean() == pytest.approx((1 + low + low**2) / 3, rel=1e-5)
+        assert toward[:, 2].mean() == pytest.approx((1 + low) / 2, rel=5e-5)
+        assert (toward[:, 2] ** 2).mean() == pytest.approx((1 + low + low**2) / 3, rel=5e-5)
         np.testing.assert_allclose(toward[:, :2].mean(0), 0, atol=1e-6)
         np.testing.assert_allclose(view.solid_angle, 2 * np.pi * (1 - low))
 
@@ -137,7 +137,7 @@ def test_the_cap_map_keeps_areas() -> None:
 def test_directions_beside_a_cap_are_outside() -> None:
     view = cap(points(RADII), SPHERE)
     tangent, _ = frame(view.axis)
-    theta = 1.01 * np.arccos(1 - np.minimum(view.one_minus_cos, 0.98))
+    theta = 1.01 * np.arccos(1 - view.one_minus_cos)
     beside = np.cos(theta)[:, None] * view.axis + np.sin(theta)[:, None] * tangent
     wide = view.one_minus_cos > 1e-10
     for toward in (beside, -view.axis, tangent):
@@ -165,7 +165,7 @@ def test_far_points_keep_their_density(dtype: type, radius: float) -> None:
     point = np.array([[0, 0, -1e6], [1e20, 0, 0], [-1e30, 1e30, 0]], dtype) * dtype(radius)
     view = cap(point, sphere)
     assert (view.solid_angle > 0).all()
-    assert view.solid_angle[0] == pytest.approx(np.pi * 1e-12, rel=1e-5)
+    assert view.solid_angle[0] == pytest.approx(np.pi * 1e-12, rel=5e-5)
     toward = cap_to_direction(np.full((3, 2), 0.3, dtype), view)
     assert np.isfinite(1 / view.solid_angle).all()
     np.testing.assert_allclose(np.linalg.norm(toward, axis=1), 1, rtol=1e-6)

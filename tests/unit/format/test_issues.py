@@ -1,0 +1,69 @@
+"""Every issue code: an asset that has it, a rule that explains it, a place in the generated list."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from purelight_format.issues import CODES, Severity
+from purelight_format.issues_document import document
+from purelight_format.validate import validate
+from tests.assets import lamp
+from tests.assets.bad import ASSETS, Asset
+
+SPEC = Path(__file__).parents[3] / "spec"
+CASES = [
+    pytest.param(code, maker, id=f"{code}-{k}")
+    for code, makers in ASSETS.items()
+    for k, maker in enumerate(makers)
+]
+# A warning of its own that comes with the error, as the asset cannot be made without it.
+COMPANIONS = {
+    "PLX_SURFACE_OUTSIDE_SPHERE": {"PLX_SURFACE_FLUX_CLOSURE"},
+    "PLX_MANIFEST_NETWORK_MISSING": {"PLX_MEMBER_UNKNOWN"},
+}
+
+
+def test_the_good_lamp_has_no_issue() -> None:
+    assert validate(lamp.seal(lamp.good())).issues == ()
+
+
+@pytest.mark.parametrize(("code", "maker"), CASES)
+def test_a_bad_asset_has_its_issue_and_no_other(code: str, maker: Asset) -> None:
+    report = validate(maker())
+    found = {issue.code.name for issue in report.issues}
+    assert code in found
+    assert found <= {code} | COMPANIONS.get(code, set())
+    assert report.valid == (CODES[code].severity is Severity.WARNING)
+    assert all(issue.message.isprintable() and issue.location for issue in report.issues)
+    assert not any("{" in issue.message for issue in report.issues)
+
+
+def test_every_code_has_a_bad_asset() -> None:
+    assert set(ASSETS) == set(CODES)
+
+
+def test_codes_are_named_by_stage() -> None:
+    assert all(re.fullmatch("PLX(_[A-Z0-9]+){2,}", name) for name in CODES)
+
+
+@pytest.mark.parametrize("name", CODES)
+def test_a_rule_of_the_specification_names_the_code(name: str) -> None:
+    file, anchor = CODES[name].anchor.split("#")
+    rules = dict(
+        re.findall(r'<a id="(\w+)"></a>(.*?)(?=<a id=|\Z)', (SPEC / file).read_text(), re.S)
+    )
+    assert f"`{name}`" in rules[anchor]
+
+
+def test_the_specification_names_no_other_code() -> None:
+    texts = [path.read_text() for path in SPEC.glob("*.md")]
+    named = {name for text in texts for name in re.findall(r"PLX_[A-Z0-9_]+[A-Z0-9]", text)}
+    assert named - {"PLX_STAGE_WHAT"} == set(CODES)
+
+
+def test_the_list_of_issues_is_current() -> None:
+    current = (SPEC / "ISSUES.md").read_text()
+    assert current == document(), "run: python -m purelight_format.issues_document > spec/ISSUES.md"
