@@ -166,10 +166,10 @@ def _members(examination: Examination) -> Iterator[Issue]:
     layers = [n for n in examination.entries if n.lower().endswith(usd_layer.ENDINGS)]
     if layers != [first] or not first.endswith(".usda"):
         yield issue("PLX_USD_NOT_FIRST", first)
-    known = {first, MANIFEST, PHOTOMETRY, PREVIEW}
+    known = {*layers, MANIFEST, PHOTOMETRY, PREVIEW}
     known.update(member for member, _ in surface.MEMBERS.values())
-    for network, info in examination.networks.items():
-        known.update((info.member, *vectors.layout(network)))
+    for network in examination.networks:
+        known.update((members.network(network), *vectors.layout(network)))
     for name in examination.entries:
         if name not in known and not name.startswith(EXTENSIONS):
             yield issue("PLX_MEMBER_UNKNOWN", name)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -11,6 +13,7 @@ import onnx
 from onnx import TensorProto, helper, numpy_helper
 
 from purelight_format import container, npy
+from purelight_format.issues import FormatError
 from purelight_format.limits import LIMITS
 from tests.assets import lamp
 
@@ -74,7 +77,7 @@ def at_end(offset: int, value: bytes) -> bytes:
 asset("PLX_FILE_TOO_LARGE")(lambda: bytes(LIMITS.file_bytes + 1))
 asset("PLX_ZIP_BAD_SIGNATURE")(lambda: b"")
 asset("PLX_ZIP_BAD_SIGNATURE")(lambda: b"#usda 1.0\n" * 10)
-asset("PLX_ZIP_BAD_SIGNATURE")(lambda: b"MZ" + bytes(sealed()))
+asset("PLX_ZIP_HEADER_MISMATCH")(lambda: b"MZ" + bytes(sealed()))
 asset("PLX_ZIP_TRUNCATED")(lambda: bytes(sealed()[:5000]))
 asset("PLX_ZIP_TRUNCATED")(lambda: bytes(sealed()[:-1]))
 asset("PLX_ZIP_TRAILING_DATA")(lambda: bytes(sealed()) + b"more")
@@ -92,7 +95,7 @@ asset("PLX_ZIP_HEADER_MISMATCH")(lambda: at_end(8, b"\1\0\1\0"))
 asset("PLX_ZIP_HEADER_MISMATCH")(lambda: at_end(8, b"\1\0"))
 asset("PLX_ZIP_HEADER_MISMATCH")(lambda: at_end(16, b"\1\0\0\0"))
 asset("PLX_ZIP_HEADER_MISMATCH")(lambda: patched(18, b"\0\0\0\0"))
-asset("PLX_ZIP_OVERLAP")(lambda: patched(18, b"\xff\xff\0\0" * 2))
+asset("PLX_ZIP_OVERLAP")(lambda: patched(18, b"\xff\xff\xff\0" * 2))
 asset("PLX_ZIP_CRC")(lambda: patched(14, b"\0\0\0\0", member="preview.png").replace(
     *directory_crc()))  # fmt: skip
 asset("PLX_ZIP_NAME_INVALID")(lambda: renamed("../evil.png"))
@@ -261,7 +264,11 @@ def network(change: Callable[[Proto], Any]) -> bytes:
 
 def with_network(data: bytes) -> bytes:
     def edit(root: dict[str, Any]) -> None:
-        root["networks"]["appearance"]["bytes"] = len(data)
+        stated = root["networks"]["appearance"]
+        stated["bytes"] = len(data)
+        with suppress(FormatError):  # So that the only fault of a sound network is another one.
+            stated.update(asdict(lamp.info("appearance", data)))
+            del stated["uniform_fraction"], stated["extra"]
 
     return lamp.seal({**lamp.good(), APPEARANCE: data}, edit)
 
@@ -322,10 +329,10 @@ asset("PLX_ONNX_EXTERNAL_DATA")(
 asset("PLX_ONNX_TENSOR_TYPE")(lambda: nodes(c=np.zeros(1, np.float64)))
 asset("PLX_ONNX_TENSOR_TYPE")(lambda: set_field("data_type", TensorProto.STRING))
 asset("PLX_ONNX_TENSOR_DATA")(lambda: set_field("raw_data", b"\0" * 4))
-asset("PLX_ONNX_TENSOR_DATA")(
-    lambda: network(lambda p: p.graph.initializer[0].dims.append(1 << 62))
-)
-asset("PLX_ONNX_TENSOR_DATA")(lambda: network(lambda p: p.graph.initializer[0].dims.append(-1)))
+for _size in (1 << 62, -1, 0):
+    asset("PLX_ONNX_TENSOR_DATA")(
+        lambda size=_size: network(lambda p: p.graph.initializer[0].dims.append(size))
+    )
 asset("PLX_ONNX_TENSOR_DATA")(
     lambda: network(lambda p: p.graph.initializer[0].float_data.append(1.0))
 )
@@ -462,9 +469,8 @@ def array(name: str, value: Any, dtype: str = "<f4") -> bytes:
     return member(name, npy.dumps(np.asarray(value, dtype)))
 
 
-POSITIONS, TRIANGLES, FLUX = (
-    f"surface/{n}.npy" for n in ("positions", "triangles", "triangle_flux")
-)
+POSITIONS, TRIANGLES = "surface/positions.npy", "surface/triangles.npy"
+FLUX = "surface/triangle_flux.npy"
 
 
 def header(text: bytes) -> bytes:
@@ -494,11 +500,18 @@ asset("PLX_NPY_SHAPE")(lambda: array(POSITIONS, np.zeros(18)))
 asset("PLX_NPY_SHAPE")(lambda: array(FLUX, np.zeros((7, 3))))
 asset("PLX_NPY_TOO_LARGE")(lambda: member(POSITIONS, bytes(LIMITS.array_bytes + 1)))
 asset("PLX_NPY_NON_FINITE")(lambda: array(POSITIONS, np.full((6, 3), np.nan)))
-asset("PLX_SURFACE_EMPTY")(lambda: array(TRIANGLES, np.zeros((0, 3)), "<u4"))
 asset("PLX_SURFACE_INDEX")(lambda: array(TRIANGLES, np.full((8, 3), 6), "<u4"))
 asset("PLX_SURFACE_FLUX")(lambda: array(FLUX, np.full((8, 3), -1)))
 asset("PLX_SURFACE_OUTSIDE_SPHERE")(lambda: array(POSITIONS, np.full((6, 3), 7)))
 asset("PLX_SURFACE_FLUX_CLOSURE")(lambda: array(FLUX, np.full((8, 3), 0.5)))
+
+
+@asset("PLX_SURFACE_EMPTY")
+def no_triangles() -> bytes:
+    content = lamp.good()
+    content[TRIANGLES] = npy.dumps(np.zeros((0, 3), "<u4"))
+    content[FLUX] = npy.dumps(np.zeros((0, 3), "<f4"))
+    return lamp.seal(content)
 
 
 # The USD layer

@@ -1,4 +1,4 @@
-"""Every issue code: an asset that has it, a rule that explains it, a place in the generated list."""
+"""Every issue code: an asset that has it, a rule that explains it, a line in the list."""
 
 from __future__ import annotations
 
