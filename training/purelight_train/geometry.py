@@ -60,7 +60,10 @@ def direction_to_square(outgoing: Tensor, normal: Tensor) -> Tensor:
 def cap(point: Tensor, centre: Tensor, radius: float) -> tuple[Tensor, Tensor]:
     """Axis [N, 3] and 1 - cos(half-angle) [N] of the cap a sphere covers from points [N, 3]."""
     offset = centre - point
-    distance = offset.norm(dim=-1).clamp(min=1e-30)
+    distance = offset.norm(dim=-1)
+    up = torch.tensor([0.0, 0.0, 1.0], dtype=point.dtype, device=point.device)
+    offset = torch.where((distance > 0)[:, None], offset, up)
+    distance = torch.where(distance > 0, distance, 1.0)
     s2 = (radius / distance).clamp(max=1) ** 2
     return offset / distance[:, None], s2 / (1 + torch.sqrt(1 - s2))
 
@@ -81,5 +84,5 @@ def direction_to_cap(toward: Tensor, axis: Tensor, one_minus_cos: Tensor) -> tup
     m = 0.5 * (delta * delta).sum(-1)
     q = torch.sqrt((one_minus_cos * (2 - m)).clamp(min=1e-30))
     disk = torch.stack(((delta * tangent).sum(-1) / q, (delta * bitangent).sum(-1) / q), -1)
-    inside = (disk * disk).sum(-1) <= 1
+    inside = ((disk * disk).sum(-1) <= 1) & (m <= 1.5)  # not the far side of the sphere
     return disk_to_square(disk / disk.norm(dim=-1, keepdim=True).clamp(min=1)), inside

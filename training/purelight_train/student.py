@@ -44,8 +44,6 @@ class Student(SurfaceNetwork):
         from facet to facet as their normals do, so small differences must not matter.
         """
         target = torch.log1p(radiance / self.radiance_scale)
-        shaken = nn.functional.normalize(
-            normal + NORMAL_JITTER * torch.randn_like(normal), dim=-1
-        )
+        shaken = nn.functional.normalize(normal + NORMAL_JITTER * torch.randn_like(normal), dim=-1)
         error = (self.raw(position, shaken, outgoing) - target) ** 2
         return (error * self.channels).sum() / (self.channels.sum() * len(error))

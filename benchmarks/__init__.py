@@ -1,0 +1,1 @@
+"""Speed against error, measured side by side in one run."""

@@ -1,0 +1,253 @@
+"""How near a bundle is to the lamp it was made from: flux, irradiance, look, sampler, hosts.
+
+Every figure compares the bundle, through a public runtime, with something no network made.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import mitsuba as mi
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import chi2
+
+from purelight_format import geometry
+from purelight_onnx.luminaire import Luminaire
+from purelight_train import preview, truth
+from purelight_train.cap_samples import LUMINANCE, look, shading_points
+from purelight_train.description import Description
+from purelight_train.exit_surface import ExitSurface
+from purelight_train.flux_closure import surface_flux
+from purelight_train.light_tracing import trace_records
+from purelight_train.run_directory import RunDirectory
+
+Figures = dict[str, Any]
+Image = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Subject:
+    """A lamp's scene, the run that learned it, and the bundle that came out."""
+
+    scene: Path
+    run: Path
+    bundle: Path
+
+    @cached_property
+    def lamp(self) -> Any:
+        return mi.load_file(str(self.scene))
+
+    @cached_property
+    def description(self) -> Description:
+        return RunDirectory.open(self.run).description
+
+    @cached_property
+    def luminaire(self) -> Luminaire:
+        return Luminaire.open(self.bundle, threads=2)
+
+    @cached_property
+    def surface(self) -> ExitSurface:
+        surface = self.luminaire.bundle.surface()
+        one_sided = np.zeros(len(surface.triangles), bool)
+        return ExitSurface(surface.positions, surface.triangles, one_sided)
+
+    def radiance(self, *query: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Radiance through the ONNX runtime."""
+        return self.luminaire.radiance(*query).astype(np.float32)
+
+
+def flux(subject: Subject) -> Figures:
+    """Flux of the student over surface and hemisphere, and of the IES file, over the truth."""
+    rng = np.random.default_rng(1)
+    student, error = surface_flux(subject.surface, subject.radiance, 1 << 20, rng)
+    true = np.asarray(subject.description.flux)
+    return {
+        "student_over_traced": (student / true).tolist(),
+        "standard_error": (error / true).tolist(),
+        "ies_over_traced": ies_lumens(subject.bundle.with_suffix(".ies"))
+        / (683 * true @ LUMINANCE),
+    }
+
+
+def ies_lumens(path: Path) -> float:
+    """Lumens of an IES file as a photometric tool reads it."""
+    from photompy import IESFile
+
+    return float(IESFile.read(path).photometry.total_optical_power())
+
+
+def irradiance(subject: Subject, spp: int = 1 << 12, paths: int = 1 << 26) -> Figures:
+    """Irradiance on a plane 1 m below the lamp: rendered in both modes over light-traced."""
+    plane = truth.Plane.below(subject.description.sphere)
+    records = trace_records(subject.lamp, paths, 77)
+    true, noise = truth.plane_irradiance(records, plane)
+    figures: Figures = {"truth_noise": float(noise.mean() / true.mean())}
+    for mode in ("accurate", "fast"):
+        rendered = plane_render(subject, plane, mode, spp)
+        figures[mode] = {
+            "mean": float(rendered.mean() / true.mean() - 1),
+            "mean_absolute_over_mean": float(np.abs(rendered - true).mean() / true.mean()),
+        }
+    return figures
+
+
+def plane_render(subject: Subject, plane: truth.Plane, mode: str, spp: int) -> Image:
+    """Irradiance on a plane through the integrator `purelight`: [cells, cells, 3]."""
+    meter = {
+        "type": "irradiancemeter",
+        "film": {
+            "type": "hdrfilm", "width": plane.cells, "height": plane.cells,
+            "rfilter": {"type": "box"}, "pixel_format": "rgb", "component_format": "float32",
+        },
+    }  # fmt: skip
+    place = mi.ScalarTransform4f().translate(list(plane.center)).scale(plane.side / 2)
+    scene = mi.load_dict({
+        "type": "scene",
+        "integrator": {"type": "purelight", "mode": mode, "max_depth": 2},
+        "floor": {"type": "rectangle", "to_world": place, "meter": meter},
+        "lamp": {"type": "purelight", "filename": str(subject.bundle.resolve())},
+    })  # fmt: skip
+    return np.array(mi.render(scene, sensor=0, spp=spp, seed=3)).astype(np.float64)[..., :3]
+
+
+def appearance(subject: Subject, size: int = 256, spp: int = 512, passes: int = 4) -> Figures:
+    """Error of a view against Mitsuba's path tracer, and against its particle tracer.
+
+    The particle tracer converges sooner where the outermost glass is rough.
+    """
+    sphere = subject.description.sphere
+    sensor = truth.view_sensor(sphere, size, 35, 10)
+    picture = preview.view(subject.surface, subject.radiance, size, 35, 10).astype(np.float64)
+    origin, direction = preview.view_rays(sphere, size, 35, 10)
+    mask = np.zeros(size * size, bool)
+    mask[subject.surface.intersect(origin, direction).index] = True
+    mask = mask.reshape(size, size)
+    figures: Figures = {}
+    for integrator in ("path", "ptracer"):
+        reference, noise = truth.render_view(
+            subject.lamp, sensor, integrator, spp, seed=11, passes=passes
+        )
+        floor = 0.01 * reference[mask].mean()
+        figures[integrator] = {
+            "mape": truth.mape(picture, reference, mask),
+            "relative_mse": truth.relative_mse(picture, reference, mask),
+            "reference_noise": float(np.mean(0.8 * noise[mask] / (reference[mask] + floor))),
+            "mean": float(picture[mask].mean() / reference[mask].mean() - 1),
+        }
+    return figures
+
+
+def sampler(subject: Subject, points: int = 20) -> Figures:
+    """Integral of the pdf over the cap, chi-square, and variance against the uniform cap."""
+    rng = np.random.default_rng(5)
+    point = shading_points(subject.description, points, rng)
+    results = [_sampler_at(subject, p, rng) for p in point]
+    integral, p_value, ratio = (np.array(column) for column in zip(*results, strict=True))
+    return {
+        "integral_error": float(np.abs(integral - 1).max()),
+        "chi_square_least_p": float(p_value.min()),
+        "chi_square_threshold": 1 - (1 - 0.01) ** (1 / points),
+        "variance_factor_mean": float(np.exp(np.log(ratio).mean())),
+        "variance_factor_least": float(ratio.min()),
+    }
+
+
+def _sampler_at(
+    subject: Subject, point: NDArray[np.float32], rng: np.random.Generator, side: int = 256
+) -> tuple[float, float, float]:
+    """Integral, chi-square p-value and variance ratio at one shading point."""
+    luminaire, sphere = subject.luminaire, subject.description.sphere
+    # Integral by midpoint quadrature over the cap's square
+    axis = (np.arange(side) + 0.5) / side
+    square = np.stack(np.meshgrid(axis, axis), -1).reshape(-1, 2)
+    cap = geometry.cap(np.repeat(point[None].astype(np.float64), len(square), 0), sphere)
+    toward = geometry.cap_to_direction(square, cap).astype(np.float32)
+    here = np.repeat(point[None], len(square), 0)
+    density = luminaire.pdf_solid_angle(here, toward) * cap.solid_angle
+    # Chi-square over 16x16 cells
+    u = rng.random((len(square), 2)).astype(np.float32)
+    drawn, pdf = luminaire.sample(here, u)
+    cell, inside = geometry.direction_to_cap(drawn.astype(np.float64), cap)
+    index = np.minimum((cell * 16).astype(int), 15)
+    observed = np.bincount(index[:, 1] * 16 + index[:, 0], minlength=256)
+    expected = density.reshape(16, side // 16, 16, side // 16).mean((1, 3)).reshape(-1)
+    expected *= inside.sum() / expected.sum()
+    statistic = float(((observed - expected) ** 2 / expected).sum())
+    # Variance of the irradiance estimators L cos / p, on a plane that faces the lamp
+    cosine = np.einsum("nd,nd->n", drawn, -_axis(point, sphere))
+    learned = look(subject.surface, subject.radiance, here, drawn) @ LUMINANCE * cosine / pdf
+    plain_cosine = np.einsum("nd,nd->n", toward, -_axis(point, sphere))
+    plain = look(subject.surface, subject.radiance, here, toward) @ LUMINANCE
+    plain = plain * plain_cosine * cap.solid_angle
+    return float(density.mean()), float(chi2.sf(statistic, 255)), float(plain.var() / learned.var())
+
+
+def _axis(point: NDArray[np.float32], sphere: geometry.BoundingSphere) -> NDArray[np.float64]:
+    """Unit normal of a receiver at `point` that faces away from the lamp's centre: [1, 3]."""
+    offset = point.astype(np.float64) - np.asarray(sphere.center)
+    return (offset / np.linalg.norm(offset))[None]
+
+
+def hosts(subject: Subject, count: int = 1 << 14) -> Figures:
+    """Largest difference of the Mitsuba and the ONNX runtimes on the same queries."""
+    from purelight_mitsuba.luminaire import load
+
+    rng = np.random.default_rng(9)
+    fused = load(subject.bundle)
+    scale = subject.luminaire.manifest.radiance_scale
+    position, normal = subject.surface.sample(count, rng)
+    from purelight_train.flux_closure import cosine_directions
+
+    outgoing = cosine_directions(normal, rng)
+    point = shading_points(subject.description, count, rng)
+    u = rng.random((count, 2)).astype(np.float32)
+    toward, pdf = subject.luminaire.sample(point, u)
+
+    def log(value: NDArray[Any]) -> NDArray[Any]:
+        return np.log1p(value / scale)
+
+    surface = [mi.Vector3f(a.T) for a in (position, normal, outgoing)]
+    at, aim = mi.Point3f(point.T), mi.Vector3f(toward.T.astype(np.float32))
+    pairs: dict[str, tuple[Any, Any]] = {
+        "appearance": (
+            log(_array(fused.network("appearance")(*surface)[0])),
+            log(subject.luminaire.radiance(position, normal, outgoing)),
+        ),
+        "transparency": (
+            _array(fused.network("transparency")(*surface)[0]),
+            subject.luminaire.transmittance(position, normal, outgoing),
+        ),
+        "sampler_pdf": (
+            np.log(_array(fused.network("sampler_pdf")(at, aim)[0])[:, 0]),
+            np.log(subject.luminaire.pdf_solid_angle(point, toward)),
+        ),
+        "sampler": (
+            _array(fused.network("sampler")(at, mi.Point2f(u.T))[0]),
+            toward,
+        ),
+        "fast_map": (
+            log(_array(fused.network("fast_map")(at)[0])),
+            log(subject.luminaire.radiance_map(point).reshape(count, -1)),
+        ),
+    }
+    return {k: float(np.abs(a - b).max()) for k, (a, b) in pairs.items()}
+
+
+def _array(columns: Any) -> NDArray[np.float32]:
+    """Dr.Jit columns of a network's output as NumPy: [N, D]."""
+    flat = np.asarray(columns, dtype=object).reshape(-1)
+    return np.stack([np.array(c).reshape(-1) for c in flat], 1)
+
+
+CHECKS: dict[str, Callable[[Subject], Figures]] = {
+    "flux": flux,
+    "irradiance": irradiance,
+    "appearance": appearance,
+    "sampler": sampler,
+    "hosts": hosts,
+}
