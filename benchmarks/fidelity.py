@@ -206,7 +206,7 @@ def hosts(subject: Subject, count: int = 1 << 14) -> Figures:
     outgoing = cosine_directions(normal, rng)
     point = shading_points(subject.description, count, rng)
     u = rng.random((count, 2)).astype(np.float32)
-    toward, pdf = subject.luminaire.sample(point, u)
+    toward, _ = subject.luminaire.sample(point, u)
 
     def log(value: NDArray[Any]) -> NDArray[Any]:
         return np.log1p(value / scale)

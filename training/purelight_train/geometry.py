@@ -61,11 +61,10 @@ def cap(point: Tensor, centre: Tensor, radius: float) -> tuple[Tensor, Tensor]:
     """Axis [N, 3] and 1 - cos(half-angle) [N] of the cap a sphere covers from points [N, 3]."""
     offset = centre - point
     distance = offset.norm(dim=-1)
+    s2 = (radius / distance.clamp(min=1e-30)).clamp(max=1) ** 2
     up = torch.tensor([0.0, 0.0, 1.0], dtype=point.dtype, device=point.device)
-    offset = torch.where((distance > 0)[:, None], offset, up)
-    distance = torch.where(distance > 0, distance, 1.0)
-    s2 = (radius / distance).clamp(max=1) ** 2
-    return offset / distance[:, None], s2 / (1 + torch.sqrt(1 - s2))
+    axis = torch.where((distance > 0)[:, None], offset / distance.clamp(min=1e-30)[:, None], up)
+    return axis, s2 / (1 + torch.sqrt(1 - s2))
 
 
 def cap_to_direction(u: Tensor, axis: Tensor, one_minus_cos: Tensor) -> Tensor:
