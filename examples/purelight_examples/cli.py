@@ -28,8 +28,14 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _run(options: argparse.Namespace) -> Path:
-    from purelight_examples.demo import Demo
+    try:
+        # Before anything else loads Dr.Jit, so that it gets an LLVM it can use
+        from purelight_mitsuba import platform
 
+        platform.use()
+        from purelight_examples.demo import Demo
+    except ImportError as error:
+        raise PureLightError(f'{error}; pip install "purelight[all]"') from None
     return Demo(options.output, options.lamp, options.preset)()
 
 
