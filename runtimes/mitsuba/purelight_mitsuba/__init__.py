@@ -1,13 +1,16 @@
-"""PureLight's luminaires in Mitsuba 3."""
+"""PureLight's luminaires in Mitsuba 3.
+
+Import this package before `mitsuba` and `drjit` (it finds an LLVM that they can use). Once a
+variant is set, by `purelight_mitsuba.use()` or by `mi.set_variant("llvm_ad_rgb")`, scenes may
+contain the emitter and the integrator `purelight`.
+"""
 
 from __future__ import annotations
 
 from purelight_mitsuba.platform import prepare, use
+from purelight_mitsuba.registration import follow, register
 
 __all__ = ["register", "use"]
 
 prepare()
-
-
-def register() -> None:
-    """Registers PureLight's plugins for the variant in use."""
+follow()

@@ -129,7 +129,7 @@ def _softmax(x: Tensor, *, axis: int = -1) -> Tensor:
 
 
 def _cumulative_sum(x: Tensor, axis: Tensor, *, exclusive: int = 0, reverse: int = 0) -> Tensor:
-    along = _axis(int(axis), x)
+    along = _axis(axis.item(), x)
     parts = np.split(x, x.shape[along], along)[:: -1 if reverse else 1]
     sums = [parts[0]]
     for part in parts[1:]:
@@ -159,7 +159,7 @@ def _slice(
     axes = np.arange(len(starts)) if axes is None else axes
     steps = np.ones_like(starts) if steps is None else steps
     for start, end, axis, step in zip(starts, ends, axes, steps, strict=True):
-        along = _axis(int(axis), x)
+        along = _axis(axis.item(), x)
         index = slice(int(start), int(end), int(step))
         x = x[(slice(None),) * along + (index,)]
     return x

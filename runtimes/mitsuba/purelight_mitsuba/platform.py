@@ -63,13 +63,12 @@ def find_llvm() -> Path | None:
     """Returns the LLVM library that `karellen-llvm-core` installed, if it did."""
     names = {"linux": "libLLVM.so", "darwin": "libLLVM.dylib", "win32": "LLVM-C.dll"}
     name = names.get(sys.platform, "libLLVM.so")
-    candidates = [Path(sys.prefix, "lib", name)]
     try:
         files = metadata.files(LLVM_DISTRIBUTION) or []
     except metadata.PackageNotFoundError:
-        files = []
-    candidates += [Path(str(file.locate())) for file in files if file.name == name]
-    return next((path.resolve() for path in candidates if path.is_file()), None)
+        return None
+    paths = (Path(str(file.locate())) for file in files if file.name == name)
+    return next((path.resolve() for path in paths if path.is_file()), None)
 
 
 def check_llvm() -> None:

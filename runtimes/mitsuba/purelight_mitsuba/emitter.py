@@ -1,0 +1,81 @@
+"""The emitter plugin `purelight`: a lamp from a bundle at a place in the scene."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+
+from purelight_format.errors import PureLightError
+from purelight_mitsuba.luminaire import Luminaire, load
+from purelight_mitsuba.placement import Placement
+
+
+class PureLightEmitter(mi.Emitter):
+    """A lamp that only the integrator `purelight` can see; others render it dark and invisible.
+
+    Properties: `filename` (the bundle; a relative path is looked up beside the scene file),
+    `to_world` (rotation, uniform scale and translation), `dimmer` (factor on the radiance,
+    default 1). `mi.traverse` exposes `to_world` and `dimmer`.
+    """
+
+    def __init__(self, props: mi.Properties) -> None:
+        super().__init__(props)
+        if "filename" not in props:
+            raise PureLightError("a purelight emitter needs a filename, the bundle of the lamp")
+        name = str(props["filename"])
+        path = Path(str(mi.file_resolver().resolve(name)))
+        if not path.is_file():
+            raise PureLightError(f"{name}: no such file; filename must lead to a .plux bundle")
+        self.luminaire: Luminaire = load(path)
+        self.dimmer = mi.Float(props.get("dimmer", 1.0))
+        matrix = np.eye(4)
+        if "to_world" in props:
+            matrix = np.array(props["to_world"].matrix)
+        self.to_world = mi.Transform4f(matrix)
+        self.m_flags = mi.EmitterFlags.Empty
+        self._place()
+
+    def _place(self) -> None:
+        name = self.luminaire.path.name
+        matrix = np.array(self.to_world.matrix, np.float64).reshape(4, 4)
+        self.placement = Placement.of(matrix, name)
+        self.level = float(self.dimmer.numpy()[0])
+        if not (math.isfinite(self.level) and self.level >= 0):
+            raise PureLightError(f"{name}: dimmer must be a finite number of zero or more")
+
+    def traverse(self, callback: Any) -> None:
+        callback.put("dimmer", self.dimmer, mi.ParamFlags.NonDifferentiable)
+        callback.put("to_world", self.to_world, mi.ParamFlags.NonDifferentiable)
+
+    def parameters_changed(self, keys: list[str]) -> None:
+        self._place()
+
+    def bbox(self) -> mi.ScalarBoundingBox3f:
+        sphere = self.luminaire.sphere
+        centre = self.placement.to_world(np.array([sphere.center]))[0]
+        radius = self.placement.scale * sphere.radius
+        return mi.ScalarBoundingBox3f(
+            mi.ScalarPoint3f(centre - radius), mi.ScalarPoint3f(centre + radius)
+        )
+
+    def sample_direction(
+        self, it: Any, sample: Any, active: Any = True
+    ) -> tuple[mi.DirectionSample3f, mi.Spectrum]:
+        return dr.zeros(mi.DirectionSample3f), mi.Spectrum(0)
+
+    def pdf_direction(self, it: Any, ds: Any, active: Any = True) -> mi.Float:
+        return mi.Float(0)
+
+    def eval_direction(self, it: Any, ds: Any, active: Any = True) -> mi.Spectrum:
+        return mi.Spectrum(0)
+
+    def eval(self, si: Any, active: Any = True) -> mi.Spectrum:
+        return mi.Spectrum(0)
+
+    def to_string(self) -> str:
+        return f"PureLight[{self.luminaire.path.name}]"

@@ -1,0 +1,180 @@
+"""All lamps of a scene: one mesh of their exit surfaces, and a table of where they hang."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+
+from purelight_format.errors import PureLightError
+from purelight_mitsuba.emitter import PureLightEmitter
+from purelight_mitsuba.luminaire import Luminaire
+
+COLUMNS = 5  # Packets of four floats per lamp.
+OVERLAPPING = 64  # Bits of the mask in which a ray notes the overlapping lamps it has passed.
+
+
+@dataclass
+class Hit:
+    """Where rays first meet an exit surface.
+
+    Arguments:
+        valid: Whether they do.
+        t: Distance.
+        lamp: Index of the lamp.
+        normal: Geometric unit normal in the luminaire frame, either side.
+    """
+
+    valid: mi.Bool
+    t: mi.Float
+    lamp: mi.UInt32
+    normal: mi.Normal3f
+
+
+@dataclass
+class Place:
+    """Placement of one lamp per lane: world = scale · rotation · local + translation.
+
+    Arguments:
+        rotation: Its rows as vectors.
+        bit: Of `passed` masks; zero for a lamp whose bounding sphere meets no other.
+    """
+
+    x: mi.Vector3f
+    y: mi.Vector3f
+    z: mi.Vector3f
+    translation: mi.Point3f
+    scale: mi.Float
+    dimmer: mi.Float
+    asset: mi.UInt32
+    bit: mi.UInt64
+    centre: mi.Point3f
+    radius: mi.Float
+
+    def direction_to_local(self, d: mi.Vector3f) -> mi.Vector3f:
+        return dr.fma(self.x, d.x, dr.fma(self.y, d.y, self.z * d.z))
+
+    def direction_to_world(self, d: mi.Vector3f) -> mi.Vector3f:
+        return mi.Vector3f(dr.dot(self.x, d), dr.dot(self.y, d), dr.dot(self.z, d))
+
+    def point_to_local(self, p: mi.Point3f) -> mi.Point3f:
+        return mi.Point3f(self.direction_to_local(mi.Vector3f(p - self.translation)) / self.scale)
+
+
+class Lamps:
+    """The lamps of a scene on the device.
+
+    Their exit surfaces are one mesh in a scene of its own, so that a ray finds the nearest lamp by
+    one query and a lookup, without a virtual call.
+
+    Arguments:
+        emitters: The lamps, at least one.
+        room: The scene without them, which CUDA needs to share its ray-tracing pipeline.
+
+    Attributes:
+        luminaires: The different bundles among them.
+    """
+
+    def __init__(self, emitters: Sequence[PureLightEmitter], room: mi.Scene) -> None:
+        self.luminaires: list[Luminaire] = list(dict.fromkeys(e.luminaire for e in emitters))
+        self._scene = _scene(emitters, room)
+        self._facets = _device(_facets(emitters))
+        self._places = _device(_places(emitters, self.luminaires))
+        power = [e.level * e.luminaire.power * e.placement.scale**2 for e in emitters]
+        self.dark = sum(power) <= 0
+        self._choice = mi.DiscreteDistribution(np.ones(len(power)) if self.dark else power)
+
+    def intersect(self, ray: mi.Ray3f, active: mi.Bool) -> Hit:
+        """Finds the first exit surface along rays in the world."""
+        found = self._scene.ray_intersect_preliminary(ray, active=active)
+        valid = active & found.is_valid()
+        facet = dr.gather(mi.Vector4f, self._facets, found.prim_index, valid)
+        return Hit(valid, found.t, mi.UInt32(facet.w), mi.Normal3f(facet.x, facet.y, facet.z))
+
+    def place(self, lamp: mi.UInt32, active: mi.Bool) -> Place:
+        """Looks up where lamps hang."""
+        x, y, z, rest, sphere = (
+            dr.gather(mi.Vector4f, self._places, lamp * COLUMNS + k, active) for k in range(COLUMNS)
+        )
+        bit = mi.UInt64(1) << mi.UInt64(dr.maximum(rest.w, 0))
+        return Place(
+            x=mi.Vector3f(x.x, x.y, x.z),
+            y=mi.Vector3f(y.x, y.y, y.z),
+            z=mi.Vector3f(z.x, z.y, z.z),
+            translation=mi.Point3f(x.w, y.w, z.w),
+            scale=rest.x,
+            dimmer=rest.y,
+            asset=mi.UInt32(rest.z),
+            bit=dr.select(rest.w >= 0, bit, mi.UInt64(0)),
+            centre=mi.Point3f(sphere.x, sphere.y, sphere.z),
+            radius=sphere.w,
+        )
+
+    def pick(self, u: mi.Float, active: mi.Bool) -> tuple[mi.UInt32, mi.Float]:
+        """Chooses a lamp by its power: index and probability."""
+        return self._choice.sample_pmf(u, active)
+
+    def probability(self, lamp: mi.UInt32, active: mi.Bool) -> mi.Float:
+        """The probability with which `pick` chooses a lamp."""
+        return self._choice.eval_pmf_normalized(lamp, active)
+
+
+def _device(table: np.ndarray) -> mi.Float:
+    buffer = mi.Float(np.ascontiguousarray(table, np.float32).reshape(-1))
+    dr.eval(buffer)
+    return buffer
+
+
+def _scene(emitters: Sequence[PureLightEmitter], room: mi.Scene) -> mi.Scene:
+    positions = [e.placement.to_world(e.luminaire.surface.positions) for e in emitters]
+    counts = np.cumsum([0, *map(len, positions)])
+    faces = [
+        e.luminaire.surface.triangles.astype(np.uint32) + np.uint32(first)
+        for e, first in zip(emitters, counts, strict=False)
+    ]
+    mesh = mi.Mesh("exit surfaces", int(counts[-1]), sum(map(len, faces)))
+    params = mi.traverse(mesh)
+    params["vertex_positions"] = np.concatenate(positions).astype(np.float32).ravel()
+    params["faces"] = np.concatenate(faces).ravel()
+    params.update()
+    content = {"type": "scene", "lamps": mesh}
+    if mi.variant().startswith("cuda"):
+        content["room"] = room
+    return mi.load_dict(content)
+
+
+def _facets(emitters: Sequence[PureLightEmitter]) -> np.ndarray:
+    """Normal in the luminaire frame and index of the lamp, for each triangle: [T, 4]."""
+    return np.concatenate([
+        np.column_stack([normals, np.full(len(normals), index)])
+        for index, normals in enumerate(e.luminaire.normals() for e in emitters)
+    ])  # fmt: skip
+
+
+def _places(emitters: Sequence[PureLightEmitter], luminaires: list[Luminaire]) -> np.ndarray:
+    """The table behind `Place`: [L, COLUMNS, 4]."""
+    table = np.zeros((len(emitters), COLUMNS, 4))
+    for row, emitter in zip(table, emitters, strict=True):
+        placement, luminaire = emitter.placement, emitter.luminaire
+        row[:3, :3], row[:3, 3] = placement.rotation, placement.translation
+        row[3, :3] = placement.scale, emitter.level, luminaires.index(luminaire)
+        row[4, :3] = placement.to_world(np.array([luminaire.sphere.center]))[0]
+        row[4, 3] = placement.scale * luminaire.sphere.radius
+    table[:, 3, 3] = _bits(table[:, 4, :3], table[:, 4, 3])
+    return table
+
+
+def _bits(centres: np.ndarray, radii: np.ndarray) -> np.ndarray:
+    """Numbers the lamps whose bounding spheres meet another's; -1 for the others."""
+    distance = np.linalg.norm(centres[:, None] - centres[None], axis=-1)
+    meets = (distance <= 1.001 * (radii[:, None] + radii[None])) & ~np.eye(len(radii), dtype=bool)
+    overlapping = meets.any(1)
+    if overlapping.sum() > OVERLAPPING:
+        raise PureLightError(
+            f"{overlapping.sum()} lamps have overlapping bounding spheres, but at most "
+            f"{OVERLAPPING} may; move lamps apart or train groups of them as one lamp"
+        )
+    return np.where(overlapping, np.cumsum(overlapping) - 1, -1)

@@ -1,0 +1,94 @@
+"""A bundle in memory, one copy however many lamps are made of it."""
+
+from __future__ import annotations
+
+import threading
+from pathlib import Path
+
+import mitsuba as mi
+import numpy as np
+
+from purelight_format.bundle import Bundle
+from purelight_format.errors import PureLightError
+from purelight_format.geometry import BoundingSphere
+from purelight_format.surface import Surface
+from purelight_mitsuba.fused import FusedNetwork
+
+LUMINANCE = np.array([0.212671, 0.715160, 0.072169])
+Key = tuple[str, int, int]
+
+
+class Luminaire:
+    """A lamp's networks and exit surface in its own frame.
+
+    Networks are translated when they are first asked for, since a scene rarely needs all.
+
+    Arguments:
+        bundle: The open bundle.
+
+    Attributes:
+        sphere: The bounding sphere.
+        power: Luminance-weighted flux in W.
+        surface: The exit surface.
+    """
+
+    def __init__(self, bundle: Bundle) -> None:
+        if "appearance" not in bundle.manifest.networks:
+            raise PureLightError(f"{bundle.path}: this bundle has no appearance network")
+        self.path, self.digest = bundle.path, bundle.digest
+        self.sphere: BoundingSphere = bundle.manifest.bounding_sphere
+        self.power = float(LUMINANCE @ np.asarray(bundle.manifest.flux))
+        self.surface: Surface = bundle.surface()
+        self._bundle = bundle
+        self._networks: dict[tuple[str, str], FusedNetwork] = {}
+
+    def has(self, network: str) -> bool:
+        """Returns whether the bundle carries a network."""
+        return network in self._bundle.manifest.networks
+
+    def network(self, name: str) -> FusedNetwork:
+        """Returns a network of the bundle, translated for the variant in use.
+
+        Raises:
+            PureLightError: If the bundle does not carry it, or it cannot be translated.
+        """
+        key = (name, mi.variant())
+        if key not in self._networks:
+            if not self.has(name):
+                raise PureLightError(f"{self.path}: no {name} network; export the lamp with it")
+            model = self._bundle.read(self._bundle.manifest.networks[name].member)
+            self._networks[key] = FusedNetwork(model, name=f"{self.path}: {name}")
+        return self._networks[key]
+
+    def normals(self) -> np.ndarray:
+        """Geometric unit normals [T, 3] of the triangles, +Z where one has no area."""
+        corners = self.surface.positions.astype(np.float64)[self.surface.triangles]
+        a, b, c = np.moveaxis(corners, 1, 0)
+        normal = np.cross(b - a, c - a)
+        length = np.linalg.norm(normal, axis=1, keepdims=True)
+        return np.where(length > 0, normal / np.where(length > 0, length, 1), [0.0, 0.0, 1.0])
+
+
+_lock = threading.Lock()  # Mitsuba loads the objects of a scene in parallel.
+_by_file: dict[Key, Luminaire] = {}
+_by_digest: dict[str, Luminaire] = {}
+
+
+def load(path: Path) -> Luminaire:
+    """Returns the luminaire of a bundle; equal files and equal contents share one.
+
+    Raises:
+        PureLightError: If there is no such file, or it is not a valid bundle.
+    """
+    try:
+        status = path.stat()
+    except OSError as error:
+        raise PureLightError(f"{path}: cannot read the lamp: {error.strerror}") from error
+    key = (str(path.resolve()), status.st_mtime_ns, status.st_size)
+    with _lock:
+        if key not in _by_file:
+            bundle = Bundle.open(path)
+            shared = _by_digest.get(bundle.digest)
+            _by_file[key] = shared if shared is not None else Luminaire(bundle)
+            _by_digest[bundle.digest] = _by_file[key]
+        return _by_file[key]

@@ -1,0 +1,170 @@
+"""What a path asks the networks, lane by lane, whichever lamp each lane has met."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import drjit as dr
+import mitsuba as mi
+
+from purelight_mitsuba.cap import Cap, cap
+from purelight_mitsuba.lamps import Hit, Lamps, Place
+from purelight_mitsuba.luminaire import Luminaire
+from purelight_mitsuba.radiance_map import RadianceMap
+
+
+class Queries:
+    """The networks of all lamps; each is evaluated only by packets with a lane that needs it.
+
+    No answer is ever infinite or NaN: such outputs count as zero, and are counted.
+
+    Arguments:
+        lamps: The lamps of the scene.
+        fast: Whether the lamps light the room by their radiance maps.
+    """
+
+    def __init__(self, lamps: Lamps, *, fast: bool) -> None:
+        self._luminaires = lamps.luminaires
+        self.fast = fast
+        for luminaire in self._luminaires:
+            for name in self._names(luminaire):
+                luminaire.network(name)
+
+    def _names(self, luminaire: Luminaire) -> list[str]:
+        """The networks that are used, so that they are on the device before tracing."""
+        names = ["appearance"] + ["transparency"] * luminaire.has("transparency")
+        if self.fast:
+            return [*names, "fast_map"]
+        return names + ["sampler", "sampler_pdf"] * _learned(luminaire)
+
+    def radiance(
+        self, place: Place, hit: Hit, p: mi.Point3f, d: mi.Vector3f, active: mi.Bool
+    ) -> tuple[mi.Color3f, mi.UInt32]:
+        """Radiance from an exit surface along -d, W/(m² sr), and how many answers were spoilt."""
+
+        def network(luminaire: Luminaire, *surface: Any) -> tuple[mi.Color3f, mi.UInt32]:
+            return _finite(mi.Color3f(*luminaire.network("appearance")(*surface)[0]))
+
+        zero = (mi.Color3f(0), mi.UInt32(0))
+        surface = _surface(place, hit, p, d)
+        radiance, spoilt = self._each(place.asset, active, network, surface, zero)
+        return radiance * place.dimmer, spoilt
+
+    def transmittance(
+        self, place: Place, hit: Hit, p: mi.Point3f, d: mi.Vector3f, active: mi.Bool
+    ) -> tuple[mi.Color3f, mi.UInt32]:
+        """Transmittance of the whole line through a lamp, one where inactive."""
+
+        def network(luminaire: Luminaire, *surface: Any) -> tuple[mi.Color3f, mi.UInt32]:
+            if not luminaire.has("transparency"):
+                return mi.Color3f(0), mi.UInt32(0)
+            return _finite(mi.Color3f(*luminaire.network("transparency")(*surface)[0]))
+
+        one = (mi.Color3f(1), mi.UInt32(0))
+        return self._each(place.asset, active, network, _surface(place, hit, p, d), one)
+
+    def pdf_solid_angle(
+        self, place: Place, p: mi.Point3f, d: mi.Vector3f, active: mi.Bool
+    ) -> tuple[mi.Float, mi.UInt32]:
+        """The density by which a lamp's directions are weighed against the BSDF's.
+
+        It is the sampler's own, or the uniform cap's in fast mode, whose map need not be evaluated
+        then where a path happens to hit the lamp.
+        """
+
+        def network(luminaire: Luminaire, point: Any, toward: Any) -> tuple[mi.Float, mi.UInt32]:
+            if self.fast or not _learned(luminaire):
+                return _cap(luminaire, point).pdf_solid_angle(), mi.UInt32(0)
+            (pdf,) = luminaire.network("sampler_pdf")(point, toward)
+            return _finite(pdf.item())
+
+        local = (place.point_to_local(p), place.direction_to_local(d))
+        return self._each(place.asset, active, network, local, (mi.Float(0), mi.UInt32(0)))
+
+    def sample(
+        self, place: Place, p: mi.Point3f, u: mi.Point2f, active: mi.Bool
+    ) -> tuple[mi.Vector3f, mi.Float, mi.UInt32]:
+        """Draws a direction toward a lamp: direction in the world, density per solid angle."""
+
+        def network(luminaire: Luminaire, point: Any, u: Any) -> tuple[Any, ...]:
+            if not _learned(luminaire):
+                cap = _cap(luminaire, point)
+                return cap.direction(u), cap.pdf_solid_angle(), mi.UInt32(0)
+            toward, pdf = luminaire.network("sampler")(point, u)
+            direction, spoilt = _finite(mi.Vector3f(*toward))
+            density, spoilt_density = _finite(pdf.item())
+            return direction, dr.select(spoilt > 0, 0, density), spoilt | spoilt_density
+
+        zero = (mi.Vector3f(0, 0, 1), mi.Float(0), mi.UInt32(0))
+        local = (place.point_to_local(p), u)
+        toward, pdf, spoilt = self._each(place.asset, active, network, local, zero)
+        return place.direction_to_world(toward), pdf, spoilt
+
+    def sample_map(
+        self, place: Place, p: mi.Point3f, u: mi.Point2f, active: mi.Bool
+    ) -> tuple[mi.Vector3f, mi.Float, mi.Color3f, mi.UInt32]:
+        """Draws a direction from the radiance map.
+
+        Returns:
+            Direction in the world, the uniform cap's density there (see `pdf_solid_angle`),
+            radiance over the density of the draw, and how many answers were spoilt.
+        """
+
+        def network(luminaire: Luminaire, point: Any, u: Any) -> tuple[Any, ...]:
+            view = _cap(luminaire, point)
+            (cells,) = luminaire.network("fast_map")(point)
+            square, weight = RadianceMap(cells).sample(u)
+            weight, spoilt = _finite(weight / view.pdf_solid_angle())
+            pdf = view.pdf_solid_angle()
+            return view.direction(square), pdf, dr.select(view.outside, weight, 0), spoilt
+
+        zero = (mi.Vector3f(0, 0, 1), mi.Float(0), mi.Color3f(0), mi.UInt32(0))
+        local = (place.point_to_local(p), u)
+        toward, pdf, weight, spoilt = self._each(place.asset, active, network, local, zero)
+        return place.direction_to_world(toward), pdf, weight * place.dimmer, spoilt
+
+    def _each(
+        self,
+        asset: mi.UInt32,
+        active: mi.Bool,
+        function: Callable[..., tuple[Any, ...]],
+        arguments: Sequence[Any],
+        default: tuple[Any, ...],
+    ) -> tuple[Any, ...]:
+        """Calls a function for the lanes of each luminaire in turn."""
+        result = default
+        for index, luminaire in enumerate(self._luminaires):
+            result = dr.if_stmt(
+                (result, *arguments),
+                active & (asset == index),
+                lambda _, *values, luminaire=luminaire: function(luminaire, *values),
+                lambda before, *_: before,
+            )
+        return result
+
+
+def _learned(luminaire: Luminaire) -> bool:
+    """Whether directions are drawn by a network; it is no use without its density."""
+    return luminaire.has("sampler") and luminaire.has("sampler_pdf")
+
+
+def _cap(luminaire: Luminaire, point: mi.Point3f) -> Cap:
+    sphere = luminaire.sphere
+    return cap(point, mi.Point3f(*sphere.center), mi.Float(sphere.radius))
+
+
+def _surface(
+    place: Place, hit: Hit, p: mi.Point3f, d: mi.Vector3f
+) -> tuple[mi.Point3f, mi.Normal3f, mi.Vector3f]:
+    """Position, normal on the side of outgoing, and outgoing, in the luminaire frame."""
+    outgoing = -place.direction_to_local(d)
+    facing = dr.dot(hit.normal, outgoing) >= 0
+    return place.point_to_local(p), dr.select(facing, hit.normal, -hit.normal), outgoing
+
+
+def _finite(value: Any) -> tuple[Any, mi.UInt32]:
+    """Replaces answers that are infinite or NaN by zero; 1 where there was one."""
+    finite = dr.isfinite(value)
+    good = dr.all(finite) if dr.depth_v(value) > 1 else finite
+    return dr.select(good, value, 0), dr.select(good, mi.UInt32(0), mi.UInt32(1))

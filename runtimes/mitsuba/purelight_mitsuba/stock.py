@@ -1,0 +1,68 @@
+"""Mitsuba's own emitters: aiming at them, and hitting them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import drjit as dr
+import mitsuba as mi
+
+from purelight_mitsuba.emitter import PureLightEmitter
+from purelight_mitsuba.walk import Segment, power
+
+
+class StockEmitters:
+    """The emitters of a scene that are not PureLight's; false if there is none."""
+
+    def __init__(self, scene: mi.Scene) -> None:
+        emitters = [e for e in scene.emitters() if not isinstance(e, PureLightEmitter)]
+        weights = [float(e.sampling_weight()) for e in emitters]
+        self._count = len(emitters) if sum(weights) > 0 else 0
+        if self._count:
+            self._total = mi.Float(sum(weights))
+            self._choice = mi.DiscreteDistribution(weights)
+            self._pointers = mi.EmitterPtr(emitters)
+            dr.make_opaque(self._total, self._pointers)
+
+    def __bool__(self) -> bool:
+        return self._count > 0
+
+    def aim(
+        self,
+        scene: mi.Scene,
+        si: mi.SurfaceInteraction3f,
+        bsdf: mi.BSDFPtr,
+        path: Any,
+        sampler: mi.Sampler,
+        active: mi.Bool,
+    ) -> Segment:
+        """A shadow ray toward one of the emitters, clear of the room's surfaces."""
+        if not self:
+            return Segment.none()
+        index, chance = self._choice.sample_pmf(sampler.next_1d(), active)
+        emitter = dr.gather(mi.EmitterPtr, self._pointers, index, active)
+        ds, light = emitter.sample_direction(si, sampler.next_2d(), active)
+        active = active & (ds.pdf > 0) & (chance > 0)
+        active = active & ~scene.ray_test(si.spawn_ray_to(ds.p), active)
+        value, pdf = bsdf.eval_pdf(mi.BSDFContext(), si, si.to_local(ds.d), active)
+        share = dr.select(ds.delta, 1, power(ds.pdf * chance, pdf)) / chance
+        total = path.throughput * value * light * share
+        ray = si.spawn_ray(ds.d)
+        return Segment.of(ray, ds.dist, total, active & (dr.max(total) > 0), 0)
+
+    def hit(
+        self, scene: mi.Scene, si: mi.SurfaceInteraction3f, path: Any, hide: bool
+    ) -> mi.Color3f:
+        """Light of an emitter, or of the environment, that the path ran into."""
+        if not self:
+            return mi.Color3f(0)
+        emitter = si.emitter(scene)
+        active = path.active & (emitter != None)  # noqa: E711 - lane by lane
+        if hide:
+            active = active & (path.depth > 0)
+        compete = active & ~path.delta
+        ds = mi.DirectionSample3f(scene, si, path.previous)
+        pdf = emitter.pdf_direction(path.previous, ds, compete)
+        pdf = pdf * emitter.sampling_weight() / self._total
+        share = dr.select(compete, power(path.pdf, pdf), 1)
+        return dr.select(active, path.throughput * emitter.eval(si, active) * share, 0)

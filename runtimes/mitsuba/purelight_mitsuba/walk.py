@@ -1,0 +1,181 @@
+"""Rays among the lamps: what they emit and let through, up to the first surface of the room."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import drjit as dr
+import mitsuba as mi
+
+from purelight_mitsuba.lamps import Hit, Lamps, Place
+from purelight_mitsuba.queries import Queries
+
+NONE = 0xFFFFFFFF
+
+
+@dataclass
+class Segment:
+    """A straight line between two points of the room, or to infinity.
+
+    Arguments:
+        weight: What light along it is worth to the pixel. A shadow ray's weight includes the
+            light at its end, except toward a lamp whose radiance is only known on its surface.
+        lamp: The lamp a shadow ray leads to.
+    """
+
+    origin: mi.Point3f
+    direction: mi.Vector3f
+    length: mi.Float
+    weight: mi.Color3f
+    lamp: mi.UInt32
+    active: mi.Bool
+
+    @staticmethod
+    def of(
+        ray: mi.Ray3f, length: mi.Float, weight: mi.Color3f, active: mi.Bool, lamp: int | mi.UInt32
+    ) -> Segment:
+        return Segment(ray.o, ray.d, length, weight, mi.UInt32(lamp), mi.Bool(active))
+
+    @staticmethod
+    def none() -> Segment:
+        """A segment that is never walked."""
+        zero = mi.Color3f(0)
+        return Segment.of(dr.zeros(mi.Ray3f), mi.Float(0), zero, mi.Bool(False), NONE)
+
+
+@dataclass
+class Vertex:
+    """The vertex at which a view segment was sampled.
+
+    Arguments:
+        pdf: Density of the direction per solid angle.
+        delta: Whether no other technique could have found the direction.
+    """
+
+    p: mi.Point3f
+    pdf: mi.Float
+    delta: mi.Bool
+
+
+@dataclass
+class Progress:
+    """How far the segments of a lane have been walked."""
+
+    turn: mi.UInt32
+    start: mi.Float
+    last: mi.UInt32
+    passed: mi.UInt64
+    through: mi.Color3f
+    survived: mi.Color3f
+    light: mi.Color3f
+    spoilt: mi.UInt32
+
+
+class Walk:
+    """Walks segments through the lamps, all kinds in one loop: networks are traced only once."""
+
+    def __init__(self, lamps: Lamps, queries: Queries) -> None:
+        self._lamps, self._queries = lamps, queries
+
+    def __call__(
+        self, view: Segment, vertex: Vertex, stock: Segment | None, direct: Segment | None
+    ) -> tuple[mi.Color3f, mi.Color3f, mi.UInt32]:
+        """Follows a path's own segment and the shadow rays of its last vertex.
+
+        Arguments:
+            view: Up to the room's next surface; sees every lamp on the way.
+            stock: Shadow ray to an emitter of Mitsuba's.
+            direct: Shadow ray to a lamp.
+
+        Returns:
+            Light for the pixel, transmittance of the view segment, and how many answers of
+            networks were spoilt.
+        """
+        segments = [view, *(segment for segment in (stock, direct) if segment is not None)]
+        aimed = mi.UInt32(NONE if direct is None else len(segments) - 1)
+
+        def body(now: Progress) -> tuple[Progress]:
+            return (self._step(now, _choose(segments, now.turn), vertex, aimed),)
+
+        start = Progress(
+            mi.UInt32(0), mi.Float(0), mi.UInt32(NONE), mi.UInt64(0), mi.Color3f(1), mi.Color3f(1),
+            mi.Color3f(0), mi.UInt32(0),
+        )  # fmt: skip
+        (end,) = dr.while_loop(
+            (start,), lambda now: now.turn < len(segments), body, label="walk among the lamps"
+        )
+        return end.light, end.survived, end.spoilt
+
+    def _step(self, now: Progress, on: Segment, vertex: Vertex, aimed: mi.UInt32) -> Progress:
+        """Meets the next lamp of a segment, or ends the segment."""
+        fast, viewing = self._queries.fast, now.turn == 0
+        ray = mi.Ray3f(dr.fma(on.direction, now.start, on.origin), on.direction)
+        ray.maxt = on.length - now.start
+        hit = self._lamps.intersect(ray, on.active)
+        place = self._lamps.place(hit.lamp, hit.valid)
+        fresh = hit.valid & (hit.lamp != now.last) & ((now.passed & place.bit) == 0)
+        target = fresh & (now.turn == aimed) & (hit.lamp == on.lamp)
+        p = dr.fma(on.direction, now.start + hit.t, on.origin)
+
+        shining = fresh & viewing if fast else (fresh & viewing) | target
+        radiance, spoilt = self._queries.radiance(place, hit, p, on.direction, shining)
+        share, spoilt_pdf = self._share(on, place, hit, vertex, shining & viewing)
+        gained = now.through * on.weight * radiance * share
+        light = now.light + dr.select(shining, gained, 0)
+        blocking, spoilt_through = self._queries.transmittance(
+            place, hit, p, on.direction, fresh & ~target
+        )
+        through = now.through * blocking
+
+        end = ~(hit.valid & (dr.max(through) > 0))
+        if fast:
+            light = light + dr.select(end & on.active & ~viewing, through * on.weight, 0)
+        else:
+            end = end | target
+            stock = end & on.active & ~viewing & (now.turn != aimed)
+            light = light + dr.select(stock, through * on.weight, 0)
+        return Progress(
+            turn=now.turn + dr.select(end, mi.UInt32(1), mi.UInt32(0)),
+            start=dr.select(end, 0, _beyond(on, p, now.start + hit.t, place)),
+            last=dr.select(end, mi.UInt32(NONE), hit.lamp),
+            passed=dr.select(end, mi.UInt64(0), now.passed | place.bit),
+            through=dr.select(end, 1, through),
+            survived=dr.select(end & viewing, through, now.survived),
+            light=light,
+            spoilt=now.spoilt + spoilt + spoilt_pdf + spoilt_through,
+        )
+
+    def _share(
+        self, on: Segment, place: Place, hit: Hit, vertex: Vertex, active: mi.Bool
+    ) -> tuple[mi.Float, mi.UInt32]:
+        """The weight of finding a lamp by the BSDF, against aiming at it."""
+        if self._lamps.dark:
+            return mi.Float(1), mi.UInt32(0)
+        compete = active & ~vertex.delta
+        pdf, spoilt = self._queries.pdf_solid_angle(place, vertex.p, on.direction, compete)
+        pdf = pdf * self._lamps.probability(hit.lamp, compete)
+        return dr.select(compete, power(vertex.pdf, pdf), 1), spoilt
+
+
+def power(a: mi.Float, b: mi.Float) -> mi.Float:
+    """Veach's power heuristic, free of overflow; zero where a is."""
+    ratio = dr.select(a > 0, b / a, dr.inf)
+    return 1 / (1 + dr.square(ratio))
+
+
+def _choose(segments: Sequence[Segment], turn: mi.UInt32) -> Segment:
+    chosen = segments[0]
+    for index, segment in enumerate(segments[1:], 1):
+        chosen = dr.select(turn == index, segment, chosen)
+    return chosen
+
+
+def _beyond(on: Segment, p: mi.Point3f, distance: mi.Float, place: Place) -> mi.Float:
+    """Where a segment goes on after a hit: behind the whole lamp if it overlaps no other."""
+    offset = mi.Vector3f(place.centre - on.origin)
+    along = dr.dot(offset, on.direction)
+    off_axis = dr.squared_norm(dr.fma(on.direction, -along, offset))
+    far = along + dr.safe_sqrt(dr.square(place.radius) - off_axis)
+    onward = dr.select(place.bit == 0, dr.maximum(far, distance), distance)
+    return onward + (1 + dr.max(dr.abs(p))) * mi.math.RayEpsilon

@@ -1,0 +1,233 @@
+"""Lamps whose networks are short formulas, and rooms in which Mitsuba has the same lamp."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+import trimesh
+
+from purelight_export import geometry
+from purelight_export.graph import Graph, Value
+from purelight_format import bundle, reference
+from purelight_format.geometry import BoundingSphere
+from purelight_format.manifest import Manifest, NetworkInfo
+from purelight_format.onnx_profile import inspect
+from purelight_format.surface import Surface
+from purelight_format.vectors import Vectors
+
+CENTRE = (0.3, -0.2, 0.1)
+RADIUS = 0.25
+COLOUR = np.array([3.0, 2.0, 1.0])
+THROUGH = np.array([0.2, 0.5, 0.8])
+SPHERE = BoundingSphere(CENTRE, RADIUS)
+
+
+@dataclass(frozen=True)
+class Lamp:
+    """An exit surface and its networks as ONNX."""
+
+    surface: Surface
+    networks: dict[str, bytes]
+    flux: np.ndarray
+
+    def write(self, path: Path) -> Path:
+        """Writes the lamp as a valid bundle."""
+        infos, members = {}, self.surface.to_members()
+        for name, model in self.networks.items():
+            cost = inspect(model, name)
+            infos[name] = NetworkInfo(
+                f"networks/{name}.onnx", cost.macs_per_sample, cost.floats_per_sample, cost.bytes
+            )
+            members[f"networks/{name}.onnx"] = model
+            members |= _golden(name, model).to_members()
+        manifest = Manifest(
+            path.stem, SPHERE, tuple(map(float, self.flux)), 1.0, 15.0, tuple(self.flux > 0), infos
+        )
+        bundle.write(path, manifest, members)
+        return path
+
+
+def _golden(name: str, model: bytes) -> Vectors:
+    rng = np.random.default_rng(0)
+    away = rng.normal(size=(64, 3))
+    away /= np.linalg.norm(away, axis=1, keepdims=True)
+    point = np.array(CENTRE) + away * RADIUS * 4
+    inputs: dict[str, Any]
+    if name in ("appearance", "transparency"):
+        inputs = {"position": point, "normal": away, "outgoing": away}
+    else:
+        inputs = {"point": point, "u": rng.uniform(0.2, 0.8, (64, 2)), "toward": -away}
+        wanted = {"sampler": ("point", "u"), "sampler_pdf": ("point", "toward")}
+        inputs = {key: inputs[key] for key in wanted.get(name, ("point",))}
+    inputs = {key: value.astype(np.float32) for key, value in inputs.items()}
+    outputs = reference.evaluate(model, inputs)
+    tolerances = {key: 1e-3 * (np.abs(y) + 1e-3) for key, y in outputs.items()}
+    return Vectors(name, inputs, outputs, tolerances)
+
+
+# Networks
+
+
+def appearance(tilt: float = 0.0, spoilt: bool = False) -> bytes:
+    """radiance = COLOUR (1 + tilt sign(normal_x)), or NaN on the upper half."""
+    graph = Graph("appearance")
+    position, normal, _ = (graph.input(n, 3) for n in ("position", "normal", "outgoing"))
+    factor = graph.sign(graph.slice(normal, 0, 1)) * tilt + 1.0
+    if spoilt:
+        height = graph.slice(position, 2, 3) - CENTRE[2]
+        factor = factor * graph.sqrt(graph.sign(height) * -1.0)
+    graph.output("radiance", factor * COLOUR)
+    return graph.to_bytes()
+
+
+def transparency(through: Sequence[float] = THROUGH) -> bytes:
+    """A constant transmittance."""
+    graph = Graph("transparency")
+    position, *_ = (graph.input(n, 3) for n in ("position", "normal", "outgoing"))
+    graph.output("transmittance", position * 0.0 + np.asarray(through))
+    return graph.to_bytes()
+
+
+def _pdf(graph: Graph, view: geometry.Cap) -> Value:
+    return graph.where(view.outside, 1.0 / (view.one_minus_cos * (2 * math.pi)), 0.0)
+
+
+def sampler() -> bytes:
+    """Uniform directions in the cap."""
+    graph = Graph("sampler")
+    point, u = graph.input("point", 3), graph.input("u", 2)
+    view = geometry.cap(graph, point, CENTRE, RADIUS)
+    toward = geometry.cap_to_direction(graph, u, view)
+    graph.output("toward", graph.where(view.outside, toward, view.axis))
+    graph.output("pdf_solid_angle", graph.flatten(_pdf(graph, view)))
+    return graph.to_bytes()
+
+
+def sampler_pdf() -> bytes:
+    """The density of `sampler`."""
+    graph = Graph("sampler_pdf")
+    point, toward = graph.input("point", 3), graph.input("toward", 3)
+    view = geometry.cap(graph, point, CENTRE, RADIUS)
+    _, inside = geometry.direction_to_cap(graph, toward, view)
+    pdf = graph.where(view.outside & inside, _pdf(graph, view), 0.0)
+    graph.output("pdf_solid_angle", graph.flatten(pdf))
+    return graph.to_bytes()
+
+
+def fast_map(colour: Sequence[float] = COLOUR) -> bytes:
+    """A ball of constant radiance fills its cap."""
+    graph = Graph("fast_map")
+    point = graph.input("point", 3)
+    zero = graph.slice(point, 0, 1) * 0.0
+    cells = zero + np.tile(colour, 256)
+    graph.output("radiance_map", graph.reshape(cells, 16, 16, 3))
+    return graph.to_bytes()
+
+
+# Lamps
+
+
+def ball(tilt: float = 0.0, *, learned: bool = True, spoilt: bool = False) -> Lamp:
+    """An opaque ball that fills the bounding sphere."""
+    mesh = trimesh.creation.icosphere(subdivisions=4, radius=RADIUS)
+    networks = {"appearance": appearance(tilt, spoilt), "fast_map": fast_map()}
+    if learned:
+        networks |= {"sampler": sampler(), "sampler_pdf": sampler_pdf()}
+    return Lamp(_surface(mesh), networks, math.pi * mesh.area * COLOUR)
+
+
+def glass_sheet() -> Lamp:
+    """A dark square sheet across the sphere that lets THROUGH pass."""
+    corner = RADIUS / math.sqrt(2)
+    vertices = np.array([[x, y, 0] for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))]) * corner
+    mesh = trimesh.Trimesh(vertices, [[0, 1, 2], [0, 2, 3]], process=False)
+    networks = {"appearance": _black(), "transparency": transparency()}
+    return Lamp(_surface(mesh, 0.0), networks, np.zeros(3))
+
+
+def _black() -> bytes:
+    graph = Graph("appearance")
+    position, *_ = (graph.input(n, 3) for n in ("position", "normal", "outgoing"))
+    graph.output("radiance", position * 0.0)
+    return graph.to_bytes()
+
+
+def _surface(mesh: trimesh.Trimesh, level: float = 1.0) -> Surface:
+    positions = np.asarray(mesh.vertices + np.array(CENTRE), np.float32)
+    flux = (mesh.area_faces[:, None] * math.pi * COLOUR * level).astype(np.float32)
+    return Surface(positions, np.asarray(mesh.faces, np.uint32), flux)
+
+
+# Scenes
+
+
+def mitsuba_lamps(
+    lamp: Lamp, folder: Path, placement: Any, *, tilt: float = 0.0, dimmer: float = 1.0
+) -> dict[str, Any]:
+    """The same lamp as two meshes of Mitsuba's, one per half, with area emitters."""
+    surface = lamp.surface
+    matrix = np.array(placement.matrix).reshape(4, 4)
+    positions = surface.positions @ matrix[:3, :3].T + matrix[:3, 3]
+    corners = surface.positions.astype(np.float64)[surface.triangles]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    shapes = {}
+    for name, half, sign in (("a", normal[:, 0] > 0, 1), ("b", normal[:, 0] <= 0, -1)):
+        path = folder / f"{name}{len(list(folder.iterdir()))}.ply"
+        trimesh.Trimesh(positions, surface.triangles[half], process=False).export(path)
+        radiance = {"type": "rgb", "value": list(dimmer * COLOUR * (1 + sign * tilt))}
+        shapes[path.stem] = {
+            "type": "ply",
+            "filename": str(path),
+            "face_normals": True,
+            "bsdf": {"type": "diffuse", "reflectance": {"type": "rgb", "value": 0.0}},
+            "emitter": {"type": "area", "radiance": radiance},
+        }
+    return shapes
+
+
+def look_at(origin: Sequence[float], target: Sequence[float]) -> Any:
+    return mi.ScalarTransform4f().look_at(list(origin), list(target), [0, 0, 1])
+
+
+def room(*, size: int = 32, floor: Any = None, wall: Any = None) -> dict[str, Any]:
+    """A floor and a wall, seen from one side."""
+    grey = {"type": "diffuse", "reflectance": {"type": "rgb", "value": [0.6, 0.5, 0.4]}}
+    transform = mi.ScalarTransform4f
+    film = {"type": "hdrfilm", "width": size, "height": size, "rfilter": {"type": "box"}}
+    sensor = {"type": "perspective", "fov": 55, "film": film}
+    sensor["to_world"] = look_at((2.2, 1.2, 1.4), (0, 0, 0.3))
+    return {
+        "type": "scene",
+        "sensor": sensor,
+        "floor": {
+            "type": "rectangle",
+            "to_world": transform().translate([0, 0, -0.6]).scale(1.5),
+            "bsdf": floor or grey,
+        },
+        "wall": {
+            "type": "rectangle",
+            "to_world": transform().translate([-1, 0, 0.4]).rotate([0, 1, 0], 90).scale(1.5),
+            "bsdf": wall or grey,
+        },
+    }
+
+
+def average(
+    scene: mi.Scene, integrator: dict[str, Any] | mi.Integrator, spp: int = 64, passes: int = 16
+) -> np.ndarray:
+    """Independent renderings, averaged over blocks of pixels: [passes, blocks, blocks, 3]."""
+    made = mi.load_dict(integrator) if isinstance(integrator, dict) else integrator
+    images = []
+    for seed in range(passes):
+        image = np.array(mi.render(scene, integrator=made, spp=spp, seed=seed))[..., :3]
+        height, width, _ = image.shape
+        images.append(image.reshape(8, height // 8, 8, width // 8, 3).mean((1, 3)))
+    dr.sync_thread()
+    return np.array(images)
