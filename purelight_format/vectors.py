@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -9,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from purelight_format import npy
+from purelight_format.errors import PureLightError
 from purelight_format.issues import fail
 from purelight_format.limits import LIMITS
 
@@ -132,17 +134,27 @@ def compare(
         vectors: the golden vectors.
         results: the host's outputs by name, [N, ...].
         radiance_scale: the manifest's, in W/(m² sr).
+
+    Raises:
+        PureLightError: If an output is missing or has another shape.
     """
     passed = np.ones(len(vectors), bool)
     errors = {}
     for name, expected in vectors.outputs.items():
-        result = np.asarray(results[name], np.float64).reshape(expected.shape)
+        result = _result(results, name, expected.shape)
         with np.errstate(invalid="ignore"):
             within = np.abs(result - expected) <= vectors.tolerances[name]
-            metric = np.abs(_metric(name, result, expected, radiance_scale))
+            error = np.abs(_metric(name, result, expected, radiance_scale)).max(initial=0)
         passed &= within.reshape(len(vectors), -1).all(1)
-        errors[name] = float(metric.max()) if np.isfinite(metric).all() else float("inf")
+        errors[name] = float(error) if np.isfinite(result).all() else math.inf
     return Comparison(passed, errors)
+
+
+def _result(results: Mapping[str, np.ndarray], name: str, shape: tuple[int, ...]) -> np.ndarray:
+    result = np.asarray(results.get(name), np.float64)
+    if result.shape != shape:
+        raise PureLightError(f"{name} has the shape {result.shape}, but must have {shape}")
+    return result
 
 
 def _metric(

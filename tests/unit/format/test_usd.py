@@ -1,0 +1,171 @@
+"""The USD layer: beside a bundle, first in a bundle, and in stages that others make."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pxr import Usd, UsdGeom, UsdLux, UsdValidation
+
+from purelight_format import bundle, usd_layer, usd_schema
+from purelight_format.bundle import Bundle
+from purelight_format.usd_asset import Paths, identifier, layer_text, luminaires
+from tests.assets import lamp
+
+usd_schema.register()
+PATHS = Paths("./lamp.plux", "./lamp.usda", "ab" * 32, "./lamp.ies")
+
+
+@pytest.fixture
+def asset(tmp_path: Path) -> Path:
+    """A bundle with its layer and photometry beside it."""
+    manifest, members = lamp.parts()
+    written = bundle.write(tmp_path / "lamp.plux", manifest, members)
+    (tmp_path / "lamp.ies").write_bytes(members["photometry.ies"])
+    paths = replace(PATHS, digest=written.digest)
+    path = tmp_path / "lamp.usda"
+    path.write_text(layer_text(manifest, lamp.surface(), paths))
+    return path
+
+
+@pytest.fixture
+def stage(asset: Path) -> Usd.Stage:
+    return Usd.Stage.Open(str(asset))
+
+
+def faults(path: Path) -> list[str]:
+    validators = UsdValidation.ValidationRegistry().GetOrLoadAllValidators()
+    found = UsdValidation.ValidationContext(validators).Validate(Usd.Stage.Open(str(path)))
+    return [f"{error.GetIdentifier()}: {error.GetMessage()}" for error in found]
+
+
+def test_the_layer_has_no_fault_for_usd(asset: Path) -> None:
+    assert faults(asset) == []
+
+
+def test_the_check_for_faults_can_fail(asset: Path) -> None:
+    (asset.parent / "lamp.plux").unlink()
+    assert any("lamp.plux" in fault for fault in faults(asset))
+
+
+def test_the_bundle_under_another_name_is_a_usd_package(asset: Path) -> None:
+    package = asset.with_name("copy.usdz")
+    shutil.copy(asset.with_name("lamp.plux"), package)
+    kinds = {fault.split(":")[1] for fault in faults(package)}
+    assert kinds == {"FileExtensionValidator.UnsupportedFileExtensionInPackage"}
+    found = luminaires(Usd.Stage.Open(str(package)))
+    assert [lum.bundle for lum in found] == [f"{package}[manifest.json]"]
+
+
+def test_the_layer_says_what_the_manifest_says(stage: Usd.Stage) -> None:
+    prim = stage.GetDefaultPrim()
+    assert prim.HasAPI("PureLightLuminaireAPI")
+    assert Usd.ModelAPI(prim).GetKind() == "component"
+    assert tuple(prim.GetAttribute("purelight:flux").Get()) == lamp.FLUX
+    sphere = prim.GetAttribute("purelight:boundingSphere").Get()
+    np.testing.assert_allclose(sphere, (*lamp.SPHERE.center, lamp.SPHERE.radius), rtol=1e-7)
+    mesh = UsdGeom.Mesh(prim.GetChild("exit_surface"))
+    np.testing.assert_array_equal(mesh.GetPointsAttr().Get(), lamp.surface().positions)
+    indices = np.array(mesh.GetFaceVertexIndicesAttr().Get()).reshape(-1, 3)
+    np.testing.assert_array_equal(indices, lamp.surface().triangles)
+
+
+def test_every_property_is_one_of_the_schema(stage: Usd.Stage) -> None:
+    prim = stage.GetDefaultPrim()
+    definition = Usd.SchemaRegistry().FindAppliedAPIPrimDefinition("PureLightLuminaireAPI")
+    ours = {p.GetName() for p in prim.GetAuthoredProperties() if ":" in p.GetName()}
+    assert ours == set(definition.GetPropertyNames())
+    for name in ours:
+        assert not prim.GetProperty(name).IsCustom()
+        attribute = definition.GetSchemaAttributeSpec(name)
+        if attribute:
+            assert prim.GetAttribute(name).GetTypeName() == attribute.typeName
+
+
+def test_the_fallback_emits_the_flux(stage: Usd.Stage) -> None:
+    light = UsdLux.SphereLight(stage.GetPrimAtPath("/octahedron/fallback"))
+    radius = light.GetRadiusAttr().Get()
+    radiance = light.GetIntensityAttr().Get() * np.array(light.GetColorAttr().Get())
+    np.testing.assert_allclose(4 * np.pi**2 * radius**2 * radiance, lamp.FLUX, rtol=1e-6)
+    assert radius < lamp.SPHERE.radius
+    assert not light.GetNormalizeAttr().Get()
+    assert light.GetPrim().HasAPI(UsdLux.ShapingAPI)
+
+
+def test_a_dark_lamp_and_one_without_photometry_are_written() -> None:
+    manifest = replace(lamp.parts()[0], flux=(0.0, 0.0, 0.0), channels=(False,) * 3)
+    text = layer_text(manifest, lamp.surface(), replace(PATHS, photometry=""))
+    stage = Usd.Stage.CreateInMemory()
+    stage.GetRootLayer().ImportFromString(text)
+    light = UsdLux.SphereLight(stage.GetPrimAtPath("/octahedron/fallback"))
+    assert light.GetIntensityAttr().Get() == 0
+    assert "ies" not in text
+
+
+@pytest.mark.parametrize("name", ['a "lamp"', "back\\slash", "Lämpchen @ #1", "1st", "'''", "."])
+def test_any_name_makes_a_sound_layer(name: str) -> None:
+    text = layer_text(replace(lamp.parts()[0], name=name), lamp.surface(), PATHS)
+    stage = Usd.Stage.CreateInMemory()
+    assert stage.GetRootLayer().ImportFromString(text)
+    prim = stage.GetDefaultPrim()
+    assert Usd.ModelAPI(prim).GetAssetName() == name
+    assert prim.GetName() == identifier(name)
+    present = {"lamp.plux", "lamp.usda", "lamp.ies"}
+    assert not list(usd_layer.check(text.encode(), "lamp.usda", present))
+
+
+def test_the_layer_names_its_neighbours_only(asset: Path) -> None:
+    named = set(re.findall("@([^@]*)@", asset.read_text()))
+    assert named == {"./lamp.plux", "./lamp.usda", "./lamp.ies"}
+
+
+def test_a_scene_places_luminaires(asset: Path) -> None:
+    scene = asset.with_name("scene.usda")
+    stage = Usd.Stage.CreateNew(str(scene))
+    for name, instanceable in (("one", False), ("two", True)):
+        prim = UsdGeom.Xform.Define(stage, f"/room/{name}")
+        prim.GetPrim().GetReferences().AddReference("./lamp.usda")
+        prim.GetPrim().SetInstanceable(instanceable)
+        prim.AddTranslateOp().Set((1, 2, 3))
+        prim.AddScaleOp().Set((2, 2, 2))
+        prim.GetPrim().GetAttribute("purelight:dimmer").Set(0.25)
+    stage.Save()
+    found = luminaires(Usd.Stage.Open(str(scene)))
+    assert [lum.path for lum in found] == ["/room/one", "/room/two"]
+    digest = Bundle.open(asset.with_name("lamp.plux")).digest
+    for lum in found:
+        assert (Path(lum.bundle), lum.digest) == (asset.with_name("lamp.plux"), digest)
+        assert lum.dimmer == 0.25
+        np.testing.assert_allclose(lum.to_world @ [1, 1, 1, 1], [3, 4, 5, 1])
+        assert lum.fallback == (f"{lum.path}/fallback",)
+        assert lum.exit_surface == (f"{lum.path}/exit_surface",)
+
+
+@pytest.mark.parametrize("moment", ["early", "late", "never"])
+def test_luminaires_are_found_whenever_the_schema_is_registered(asset: Path, moment: str) -> None:
+    """A process builds its registry of schemas once, so each case has its own."""
+    script = (
+        "import sys; from pxr import Usd; from purelight_format import usd_asset, usd_schema\n"
+        "if sys.argv[2] == 'early': usd_schema.register()\n"
+        "stage = Usd.Stage.Open(sys.argv[1])\n"
+        "if sys.argv[2] == 'late': usd_schema.register()\n"
+        "found = usd_asset.luminaires(stage)\n"
+        "print(len(found), found[0].dimmer, stage.GetDefaultPrim().HasAPI(usd_schema.SCHEMA))\n"
+    )
+    command = [sys.executable, "-c", script, str(asset), moment]
+    done = subprocess.run(command, check=True, capture_output=True, text=True)
+    assert done.stdout.split() == ["1", "1.0", str(moment == "early")]
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [("Filament bulb", "filament_bulb"), ("1st", "lamp_1st"), ("ü", "lamp"), ("A" * 90, "a" * 40)],
+)
+def test_names_become_identifiers(name: str, expected: str) -> None:
+    assert identifier(name) == expected
