@@ -21,6 +21,10 @@ MODES = ("accurate", "fast")
 LARGEST_SURVIVAL = 0.95
 
 
+class SpoiltWarning(UserWarning):
+    """Networks gave answers that are infinite or no number."""
+
+
 @dataclass
 class Path:
     """The state of one path per lane."""
@@ -72,29 +76,31 @@ class PureLightIntegrator(mi.SamplingIntegrator):
         self.max_depth = 0xFFFFFFFF if depth < 0 else depth
         self.rr_depth = int(props.get("rr_depth", 5))
         self._parts: SceneParts | None = None
+        self.spoilt = 0
         self._spoilt = dr.zeros(mi.UInt32)
 
     def render(self, scene: mi.Scene, *args: Any, **kwargs: Any) -> mi.TensorXf:
-        self._prepare(scene)
+        self.prepare(scene)
         image = super().render(scene, *args, **kwargs)
-        spoilt = self.take_spoilt()
-        if spoilt:
-            warnings.warn(
-                f"{spoilt} answers of networks were infinite or no number; they count as dark",
-                stacklevel=2,
-            )
+        count = int(self._spoilt.numpy()[0])
+        if count:
+            self.spoilt += count
+            self._spoilt = dr.zeros(mi.UInt32)
+            warnings.warn(self.spoilt_message(), SpoiltWarning, stacklevel=2)
         return image
+
+    def spoilt_message(self) -> str:
+        return f"{self.spoilt} answers of networks were infinite or no number; they count as dark"
 
     def to_string(self) -> str:
         return f"PureLightIntegrator[{self.mode}]"
 
-    def take_spoilt(self) -> int:
-        """Returns how many answers were spoilt since the last call."""
-        count = int(self._spoilt.numpy()[0])
-        self._spoilt = dr.zeros(mi.UInt32)
-        return count
+    def prepare(self, scene: mi.Scene) -> SceneParts:
+        """Translates the networks and gathers the lamps that a scene needs, once.
 
-    def _prepare(self, scene: mi.Scene) -> SceneParts:
+        Raises:
+            PureLightError: If a bundle lacks a network that the mode needs.
+        """
         emitters = [e for e in scene.emitters() if isinstance(e, PureLightEmitter)]
         key = (scene, self.mode, *((e, e.placement, e.level) for e in emitters))
         if self._parts is None or self._parts.key != key:
@@ -112,7 +118,7 @@ class PureLightIntegrator(mi.SamplingIntegrator):
         medium: Any = None,
         active: mi.Bool = True,
     ) -> tuple[mi.Color3f, mi.Bool, list[mi.Float]]:
-        parts = self._prepare(scene)
+        parts = self.prepare(scene)
         path = Path(
             mi.Ray3f(ray), mi.Color3f(1), mi.Color3f(0), mi.Float(1), mi.UInt32(0),
             dr.zeros(mi.Interaction3f), mi.Float(1), mi.Bool(True), mi.Bool(False), mi.UInt32(0),
