@@ -113,13 +113,13 @@ class Demo:
     def _neural(self, mode: str) -> Callable[[dict[str, Record]], Figures]:
         def stage(done: dict[str, Record]) -> Figures:
             scene = self._room(NeuralLamp(self.bundle, mode), mode)
-            return self._keep(mode, rendering.render(scene, self.picture.spp))
+            return self._keep(mode, rendering.render(scene, self.picture.spp, mode))
 
         return stage
 
     def _plain(self, done: dict[str, Record]) -> Figures:
         scene = self._room(SphereLamp(Bundle.open(self.bundle).manifest.flux), "plain")
-        return self._keep("plain", rendering.render(scene, self.picture.spp))
+        return self._keep("plain", rendering.render(scene, self.picture.spp, "plain"))
 
     def _real(self, name: str) -> Callable[[dict[str, Record]], Figures]:
         def stage(done: dict[str, Record]) -> Figures:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -28,7 +29,7 @@ class Rendering:
     image: Image
     spp: int
     seconds: float
-    halves: tuple[Image, Image] | None = None
+    halves: tuple[Image, Image]
 
     def noise(self) -> dict[str, float]:
         """What `errors` gives for this picture against the truth, judged from its two halves.
@@ -36,8 +37,6 @@ class Rendering:
         Their difference has twice the standard error of their mean: a first-order metric is
         halved and a second-order one quartered.
         """
-        if self.halves is None:
-            return {}
         apart = errors(*self.halves)
         order = {"mape": 1, "mape_blocks": 1, "relative_mse": 2}
         return {name: error / 2 ** order[name] for name, error in apart.items()}
@@ -59,38 +58,43 @@ def blocks(image: Image, side: int = 4) -> Image:
     return cut.reshape(height, side, width, side, -1).mean((1, 3))
 
 
-def render(scene: Path, spp: int, seed: int = 0) -> Rendering:
-    """Render a scene file with its own integrator, `spp` paths per pixel.
+def render(scene: Path, spp: int, title: str = "room", pass_spp: int = 8) -> Rendering:
+    """Render a scene file with its own integrator, `spp` paths per pixel in two passes or more."""
+    passes = max(2, -(-spp // pass_spp))
+    return _render(scene, title, -(-spp // passes), lambda done, used: done / passes)
+
+
+def render_for(scene: Path, seconds: float, title: str = "room", pass_spp: int = 4) -> Rendering:
+    """Render passes of `pass_spp` until the time is used, two at the least."""
+
+    def progress(done: int, used: float) -> float:
+        return (used + 0.5 * used / max(done, 1)) / seconds
+
+    return _render(scene, title, pass_spp, progress)
+
+
+def _render(
+    scene: Path, title: str, pass_spp: int, progress: Callable[[int, float], float]
+) -> Rendering:
+    """Render passes until `progress(passes, seconds)` reaches one.
 
     The seconds are those of rendering, with the compilation of its kernels, without loading.
     """
     loaded = mi.load_file(str(scene))
-    start = time.perf_counter()
-    image = _image(mi.render(loaded, spp=spp, seed=seed))
-    return Rendering(image, spp, time.perf_counter() - start)
-
-
-def render_for(scene: Path, seconds: float, title: str, pass_spp: int = 4) -> Rendering:
-    """Render passes of `pass_spp` until the time is used, two at the least."""
-    loaded = mi.load_file(str(scene))
     sums: list[Any] = [0.0, 0.0]
-    counts = [0, 0]
-    start = time.perf_counter()
-    used = 0.0
-    with tqdm(total=round(seconds), unit="s", desc=title, bar_format=BAR) as bar:
-        while counts[1] == 0 or used * (1 + 0.5 / sum(counts)) < seconds:
-            half = sum(counts) % 2
-            sums[half] += _image(mi.render(loaded, spp=pass_spp, seed=sum(counts)))
-            counts[half] += 1
-            used = time.perf_counter() - start
-            bar.n = min(round(used), bar.total)
+    start, done = time.perf_counter(), 0
+    with tqdm(total=100, desc=title, bar_format=BAR) as bar:
+        while done < 2 or progress(done, time.perf_counter() - start) < 1:
+            sums[done % 2] += _image(mi.render(loaded, spp=pass_spp, seed=done))
+            done += 1
+            bar.n = min(100, round(100 * progress(done, time.perf_counter() - start)))
             bar.refresh()
-    image = (sums[0] + sums[1]) / sum(counts)
-    halves = (sums[0] / counts[0], sums[1] / counts[1])
-    return Rendering(image, pass_spp * sum(counts), used, halves)
+    seconds = time.perf_counter() - start
+    halves = (sums[0] / ((done + 1) // 2), sums[1] / (done // 2))
+    return Rendering((sums[0] + sums[1]) / done, pass_spp * done, seconds, halves)
 
 
-BAR = "{desc}: {percentage:3.0f}% {bar} {n_fmt} of {total_fmt} s"
+BAR = "  {desc}: {percentage:3.0f} % |{bar:40}| {elapsed}"
 
 
 def _image(rendered: Any) -> Image:

@@ -36,11 +36,19 @@ def test_blocks_keep_bias_and_lose_noise() -> None:
 def test_renders_passes_until_the_time_is_used(tmp_path: Path) -> None:
     platform.use()
     scene = room.write(tmp_path, SphereLamp((1.0, 1.0, 1.0)), room.Picture(16, 12))
-    short = rendering.render_for(scene, 0.0, "short")
+    short = rendering.render_for(scene, 1e-9)
     assert short.spp == 8
-    assert short.halves is not None
     np.testing.assert_allclose(short.image, (short.halves[0] + short.halves[1]) / 2)
-    once = rendering.render(scene, 8, seed=5)
-    assert once.spp == 8
-    assert once.image.shape == (12, 16, 3)
-    assert once.noise() == {}
+    assert short.image.shape == (12, 16, 3)
+
+
+@pytest.mark.parametrize(("spp", "made", "first_half"), [(1, 2, 1 / 2), (20, 21, 2 / 3)])
+def test_renders_at_least_the_paths_asked_for(
+    spp: int, made: int, first_half: float, tmp_path: Path
+) -> None:
+    platform.use()
+    scene = room.write(tmp_path, SphereLamp((1.0, 1.0, 1.0)), room.Picture(16, 12))
+    found = rendering.render(scene, spp)
+    assert found.spp == made
+    a, b = found.halves
+    np.testing.assert_allclose(found.image, first_half * a + (1 - first_half) * b)
