@@ -84,9 +84,16 @@ class Node:
             self.bad_type(f"input {index} is {tensor.dtype}")
         return tensor.value
 
+    def numbers(self, index: int, dtypes: tuple[np.dtype, ...] = (INT64,)) -> list[int]:
+        """The numbers of an input that must be a one-dimensional initializer."""
+        value = self.constant(index, dtypes)
+        if value.ndim != 1:
+            self.bad_shape(f"input {index} must have one dimension")
+        return [int(number) for number in value]
+
     def axes(self, index: int, rank: int) -> list[int]:
         """Axes given as an initializer, counted without the rows; never the rows."""
-        return [self.axis(int(a), rank) for a in self.constant(index, (INT64,)).ravel()]
+        return [self.axis(axis, rank) for axis in self.numbers(index)]
 
     def axis(self, axis: int, rank: int) -> int:
         """An axis of a tensor of `rank` axes besides the rows, counted without the rows."""
@@ -233,9 +240,9 @@ def _cumsum(node: Node) -> list[Tensor]:
     x, axis = node.rows(), node.constant(1, INDEX)
     if x.dtype not in NUMBER:
         node.bad_type(f"the input is {x.dtype}")
-    if axis.size != 1:
-        node.bad_shape("there must be one axis")
-    node.axis(int(axis.ravel()[0]), len(x.shape))
+    if axis.ndim:
+        node.bad_shape("the axis must be a scalar")
+    node.axis(int(axis), len(x.shape))
     return [x]
 
 
@@ -294,7 +301,7 @@ def _concat(node: Node) -> list[Tensor]:
 
 
 def _split(node: Node) -> list[Tensor]:
-    x, sizes = node.rows(), node.constant(1, (INT64,)).ravel().tolist()
+    x, sizes = node.rows(), node.numbers(1)
     axis = node.axis(node.attributes.get("axis", 0), len(x.shape))
     if min(sizes, default=0) < 1 or sum(sizes) != x.shape[axis] or len(sizes) != node.outputs:
         node.bad_shape(f"sizes {sizes} do not make up {x.shape[axis]}")
@@ -304,9 +311,9 @@ def _split(node: Node) -> list[Tensor]:
 def _slice(node: Node) -> list[Tensor]:
     x = node.rows()
     shape = list(x.shape)
-    starts, ends = (node.constant(k, INDEX).ravel().tolist() for k in (1, 2))
+    starts, ends = node.numbers(1, INDEX), node.numbers(2, INDEX)
     axes = node.axes(3, len(shape))
-    steps = node.constant(4, INDEX).ravel().tolist() if len(node.inputs) > 4 else [1] * len(axes)
+    steps = node.numbers(4, INDEX) if len(node.inputs) > 4 else [1] * len(axes)
     if not len(starts) == len(ends) == len(axes) == len(steps) or len(set(axes)) != len(axes):
         node.bad_shape("starts, ends, axes and steps do not fit")
     for start, end, axis, step in zip(starts, ends, axes, steps, strict=True):
@@ -317,7 +324,7 @@ def _slice(node: Node) -> list[Tensor]:
 
 
 def _reshape(node: Node) -> list[Tensor]:
-    x, target = node.rows(), node.constant(1, (INT64,)).ravel().tolist()
+    x, target = node.rows(), node.numbers(1)
     if node.attributes.get("allowzero", 0) or target[:1] not in ([-1], [0]):
         node.bad_shape("the first size must stand for the rows (-1)")
     if min(target[1:], default=1) < 1 or math.prod(target[1:]) != x.size:
@@ -342,7 +349,7 @@ def _squeeze(node: Node) -> list[Tensor]:
 
 def _unsqueeze(node: Node) -> list[Tensor]:
     x = node.rows()
-    count = node.constant(1, (INT64,)).size
+    count = len(node.numbers(1))
     axes = node.axes(1, len(x.shape) + count)
     if len(set(axes)) != count:
         node.bad_shape("an axis is named twice")

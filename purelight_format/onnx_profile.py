@@ -23,8 +23,11 @@ from purelight_format.vectors import SIGNATURES, Shapes
 IR_VERSION = 10
 OPSET = 18
 ROWS = "N"
-INT, FLOAT_ATTRIBUTE, FLOATS, INTS = 2, 1, 6, 7  # Numbers of ONNX's AttributeProto.
-GRAPH, GRAPHS = 5, 10
+FLOAT_ATTRIBUTE, INT, GRAPH, INTS, GRAPHS = 1, 2, 5, 7, 10  # As in ONNX's AttributeProto.
+FLAGS = (
+    "allowzero", "exclusive", "fmod", "keepdims", "noop_with_empty_axes", "reverse", "transA",
+    "transB",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -255,15 +258,17 @@ def _attributes(proto: Any, allowed: tuple[str, ...], where: str) -> dict[str, A
 
 
 def _attribute(attribute: Any, where: str) -> Any:
-    """The value of an attribute of the type that its name has in ONNX."""
-    whole = attribute.name not in ("alpha", "beta", "perm")
-    if attribute.type == INT and whole:
-        return attribute.i
-    if attribute.type == FLOAT_ATTRIBUTE and attribute.name in ("alpha", "beta"):
+    """The value of an attribute of the type and range that its name has in ONNX."""
+    name, kind = attribute.name, attribute.type
+    if name in ("alpha", "beta") and kind == FLOAT_ATTRIBUTE:
         return attribute.f
-    if attribute.type == INTS and attribute.name == "perm" and len(attribute.ints) <= 16:
+    if name == "perm" and kind == INTS and len(attribute.ints) <= LIMITS.tensor_rank:
         return list(attribute.ints)
-    return fail("PLX_ONNX_ATTRIBUTE", where, what=f"{attribute.name}: wrong type of attribute")
+    if name in ("axis", "to") and kind == INT:
+        return attribute.i
+    if name in FLAGS and kind == INT and attribute.i in (0, 1):
+        return attribute.i
+    return fail("PLX_ONNX_ATTRIBUTE", where, what=f"{name}: wrong type or range")
 
 
 def _require_size(tensor: Tensor, node: Node) -> None:

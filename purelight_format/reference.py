@@ -83,13 +83,13 @@ def _concat(*inputs: Array, axis: int) -> Array:
 
 
 def _cumsum(x: Array, axis: Array, exclusive: int = 0, reverse: int = 0) -> Array:
-    x = np.moveaxis(x, int(axis.ravel()[0]), -1)
+    x = np.moveaxis(x, int(axis), -1)
     x = x[..., ::-1] if reverse else x
     sums = np.cumsum(x, -1, dtype=x.dtype)
     if exclusive:
         sums = np.concatenate((np.zeros_like(sums[..., :1]), sums[..., :-1]), -1)
     sums = sums[..., ::-1] if reverse else sums
-    return np.moveaxis(sums, -1, int(axis.ravel()[0]))
+    return np.moveaxis(sums, -1, int(axis))
 
 
 def _div(a: Array, b: Array) -> Array:

@@ -379,6 +379,9 @@ for _op in ("Loop", "If", "Scan", "ConstantOfShape", "Expand", "Tile", "Range", 
 
 asset("PLX_ONNX_ATTRIBUTE")(lambda: nodes(one("Relu", alpha=1.0)))
 asset("PLX_ONNX_ATTRIBUTE")(lambda: nodes(one("Concat", axis=1.0)))
+asset("PLX_ONNX_ATTRIBUTE")(
+    lambda: nodes(one("ReduceSum", "position a", keepdims=-1), a=np.array([1]))
+)
 asset("PLX_ONNX_ATTRIBUTE")(lambda: nodes(one("Relu", "position normal")))
 asset("PLX_ONNX_ATTRIBUTE")(lambda: nodes(one("Relu", outputs="z0 z1")))
 asset("PLX_ONNX_ATTRIBUTE")(lambda: nodes(one("Transpose", perm=[0, 1] * 10)))
