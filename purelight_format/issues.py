@@ -139,6 +139,7 @@ _TABLE = (
     Code("PLX_ONNX_TENSOR_TYPE", "element type {type} is not allowed", "onnx_profile.md#n6"),
     Code("PLX_ONNX_TENSOR_DATA", "{what}", "onnx_profile.md#n6"),
     Code("PLX_ONNX_NON_FINITE_WEIGHT", "a weight is not finite", "onnx_profile.md#n7"),
+    Code("PLX_ONNX_NAME_INVALID", "a name is empty or not printable", "onnx_profile.md#n8"),
     Code("PLX_ONNX_DUPLICATE_NAME", "the name {name!r} is given twice", "onnx_profile.md#n8"),
     Code("PLX_ONNX_UNDEFINED_NAME", "{name!r} is used before it is computed", "onnx_profile.md#n8"),
     Code("PLX_ONNX_IO_SIGNATURE", "{what} must be {expected}", "onnx_profile.md#n9"),

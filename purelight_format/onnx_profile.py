@@ -204,7 +204,10 @@ def _has_other_data(tensor: Any) -> bool:
 
 
 def _define(values: dict[str, Tensor], name: str, tensor: Tensor, where: str) -> None:
-    if not name or name in values:
+    # A name that is not UTF-8 comes from protobuf as bytes.
+    if not isinstance(name, str) or not name or not name.isprintable():
+        fail("PLX_ONNX_NAME_INVALID", where)
+    if name in values:
         fail("PLX_ONNX_DUPLICATE_NAME", where, name=name[:80])
     values[name] = tensor
 

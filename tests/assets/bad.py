@@ -341,7 +341,11 @@ asset("PLX_ONNX_NON_FINITE_WEIGHT")(lambda: nodes(c=np.array([-np.inf], np.float
 asset("PLX_ONNX_DUPLICATE_NAME")(lambda: nodes(w0=ONES))
 asset("PLX_ONNX_DUPLICATE_NAME")(lambda: nodes(position=ONES))
 asset("PLX_ONNX_DUPLICATE_NAME")(lambda: nodes(one("Relu", outputs="h0")))
-asset("PLX_ONNX_DUPLICATE_NAME")(lambda: nodes(helper.make_node("Relu", ["position"], [""])))
+asset("PLX_ONNX_NAME_INVALID")(lambda: nodes(helper.make_node("Relu", ["position"], [""])))
+asset("PLX_ONNX_NAME_INVALID")(lambda: nodes(helper.make_node("Relu", ["position"], ["\n"])))
+asset("PLX_ONNX_NAME_INVALID")(
+    lambda: with_network(lamp.appearance().SerializeToString().replace(b"h0", b"\xff0"))
+)
 asset("PLX_ONNX_UNDEFINED_NAME")(lambda: nodes(one("Relu", "h0")))
 asset("PLX_ONNX_UNDEFINED_NAME")(lambda: network(lambda p: p.graph.node.pop()))
 asset("PLX_ONNX_IO_SIGNATURE")(
