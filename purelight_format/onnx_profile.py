@@ -146,6 +146,9 @@ def _require_counts(graph: Any, where: str) -> None:
         _too_large(where, "nodes", len(graph.node), LIMITS.nodes)
     if len(graph.initializer) > LIMITS.initializers:
         _too_large(where, "initializers", len(graph.initializer), LIMITS.initializers)
+    named = [node.name for node in graph.node if node.name]
+    if len(set(named)) != len(named):
+        fail("PLX_ONNX_DUPLICATE_NAME", where, name="of a node")
 
 
 def _require_signature(values: Any, expected: Shapes, where: str) -> None:

@@ -340,6 +340,9 @@ asset("PLX_ONNX_NON_FINITE_WEIGHT")(lambda: nodes(c=np.array([1, np.nan], np.flo
 asset("PLX_ONNX_NON_FINITE_WEIGHT")(lambda: nodes(c=np.array([-np.inf], np.float32)))
 asset("PLX_ONNX_DUPLICATE_NAME")(lambda: nodes(w0=ONES))
 asset("PLX_ONNX_DUPLICATE_NAME")(lambda: nodes(position=ONES))
+asset("PLX_ONNX_DUPLICATE_NAME")(
+    lambda: nodes(one("Relu", name="twice"), one("Relu", outputs="y0", name="twice"))
+)
 asset("PLX_ONNX_DUPLICATE_NAME")(lambda: nodes(one("Relu", outputs="h0")))
 asset("PLX_ONNX_NAME_INVALID")(lambda: nodes(helper.make_node("Relu", ["position"], [""])))
 asset("PLX_ONNX_NAME_INVALID")(lambda: nodes(helper.make_node("Relu", ["position"], ["\n"])))
