@@ -115,17 +115,18 @@ def _trace_batch(scene: Any, seed: int) -> ExitRecords:
     index = dr.compress(keep)
 
     def column(value: Any) -> np.ndarray:
+        if dr.width(index) == 0:
+            return np.zeros((0, 3), np.float32)
         return np.ascontiguousarray(np.array(dr.gather(type(value), value, index)).T)
 
     # Turn the geometric normal to the side the light leaves from
     normal = dr.select(dr.dot(normal, direction) < 0, -normal, normal)
-    bare = dr.gather(mi.UInt32, depth, index) == 0
     return ExitRecords(
         position=column(position),
         normal=column(normal),
         direction=column(direction),
         weight=column(weight),
-        bare=np.array(bare),
+        bare=np.array(depth)[np.array(index)] == 0,
         paths=BATCH,
         dropped=dropped,
     )

@@ -36,16 +36,20 @@ def test_uniform_sphere_and_its_flux(mitsuba: Any) -> None:
     assert np.percentile(np.abs(relative - 1), 99) < 0.2
 
 
-def test_neighbour_sum_counts_by_distance_and_hemisphere(mitsuba: Any) -> None:
+def test_neighbour_sum_counts_by_distance_and_normal(mitsuba: Any) -> None:
     from purelight_train.positional_density import NeighbourSum
 
     rng = np.random.default_rng(1)
     position = rng.uniform(-1, 1, (500, 3)).astype(np.float32)
-    direction = rng.normal(size=(500, 3)).astype(np.float32)
+    own_normal = _unit(rng.normal(size=(500, 3)))
     weight = rng.uniform(0, 1, (500, 3)).astype(np.float32)
     query = rng.uniform(-1.2, 1.2, (60, 3)).astype(np.float32)
-    normal = rng.normal(size=(60, 3)).astype(np.float32)
-    result = NeighbourSum(position, direction, weight, 0.4)(query, normal)
+    normal = _unit(rng.normal(size=(60, 3)))
+    result = NeighbourSum(position, own_normal, weight, 0.4)(query, normal)
     near = np.linalg.norm(position[None] - query[:, None], axis=-1) < 0.4
-    front = normal @ direction.T > 0
+    front = normal @ own_normal.T > 0.5
     np.testing.assert_allclose(result, (near & front).astype(np.float32) @ weight, rtol=1e-5)
+
+
+def _unit(v: np.ndarray) -> np.ndarray:
+    return (v / np.linalg.norm(v, axis=1, keepdims=True)).astype(np.float32)
