@@ -79,8 +79,8 @@ def _lead(done: dict[str, Record], manifest: Manifest) -> str:
     flux = " / ".join(f"{f:.3g}" for f in manifest.flux)
     size = done["export"].figures["bytes"] / 1e6
     return (
-        f"Trained in {duration(done['train'].seconds)} on this machine, exported as lamp.plux "
-        f"({size:.1f} MB); flux {flux} W in R, G and B. "
+        f"Trained in {duration(done['train'].figures['seconds'])} on this machine, exported as "
+        f"lamp.plux ({size:.1f} MB); flux {flux} W in R, G and B. "
         "Pictures are balanced towards the lamp's colour and share one exposure."
     )
 
