@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any, NoReturn
 
 import numpy as np
@@ -121,7 +121,7 @@ class Operator:
     rule: Rule
     least: int = 1
     most: int = 1
-    attributes: tuple[str, ...] = field(default=())
+    attributes: tuple[str, ...] = ()
 
 
 # Elementwise operators

@@ -12,12 +12,13 @@ from purelight_format.onnx_operators import TYPES
 
 Array = np.ndarray
 FLOAT = 1  # Number of float32 among ONNX's element types.
+ROWS = 64  # Rows at a time, so that a network at every limit still fits into 256 MiB.
 
 
 def evaluate(
     model: bytes, inputs: Mapping[str, Array], dtype: Any = np.float64
 ) -> dict[str, Array]:
-    """Evaluates a vetted network.
+    """Evaluates a vetted network, a few rows at a time.
 
     Arguments:
         model: ONNX bytes of the profile.
@@ -33,8 +34,20 @@ def evaluate(
     import onnx
 
     graph = onnx.load_from_string(model).graph
-    values = {t.name: _constant(t, dtype) for t in graph.initializer}
-    values.update({name: np.asarray(array, dtype) for name, array in inputs.items()})
+    constants = {t.name: _constant(t, dtype) for t in graph.initializer}
+    rows = {name: np.asarray(array, dtype) for name, array in inputs.items()}
+    count = max(map(len, rows.values()))
+    parts = [
+        _evaluate(graph, constants, {k: v[i : i + ROWS] for k, v in rows.items()}, dtype)
+        for i in range(0, max(count, 1), ROWS)
+    ]
+    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+
+
+def _evaluate(
+    graph: Any, constants: dict[str, Array], inputs: dict[str, Array], dtype: Any
+) -> dict[str, Array]:
+    values = constants | inputs
     wanted = [value.name for value in graph.output]
     last = {name: k for k, node in enumerate(graph.node) for name in node.input}
     with np.errstate(all="ignore"):

@@ -66,9 +66,13 @@ class Report:
             for found in self.issues
         ]
         more = ", and more" if self.truncated else ""
-        counts = f"{len(self.errors)} errors, {len(self.warnings)} warnings{more}"
+        counts = f"{_count(self.errors, 'error')}, {_count(self.warnings, 'warning')}{more}"
         lines.append(f"{path}: {'valid' if self.valid else 'INVALID'} ({counts})")
         return "\n".join(lines)
+
+
+def _count(issues: tuple[Issue, ...], word: str) -> str:
+    return f"{len(issues)} {word}{'' if len(issues) == 1 else 's'}"
 
 
 def _to_json(found: Issue) -> dict[str, Any]:

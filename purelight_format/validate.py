@@ -153,7 +153,10 @@ def _digests(examination: Examination) -> Iterator[Issue]:
             yield issue("PLX_MANIFEST_MEMBER_UNLISTED", name)
         elif entries[name].size != listed[name].size:
             yield issue("PLX_MANIFEST_DIGEST_MISMATCH", name, what="size")
-        elif hashlib.sha256(examination.read(name)).hexdigest() != listed[name].sha256:
+        elif (
+            hashlib.sha256(container.member(examination.data, entries[name])).hexdigest()
+            != listed[name].sha256
+        ):
             yield issue("PLX_MANIFEST_DIGEST_MISMATCH", name, what="SHA-256")
 
 

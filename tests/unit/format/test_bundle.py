@@ -123,7 +123,7 @@ def test_validate_says_what_is_wrong(path: Path, capsys: pytest.CaptureFixture[s
     assert (code, err) == (1, "")
     assert "PLX_MANIFEST_RMAX_INVALID at manifest.json/r_max" in out
     assert "[spec/plux.md#m9]" in out
-    assert out.endswith("INVALID (1 errors, 0 warnings)\n")
+    assert out.endswith("INVALID (1 error, 0 warnings)\n")
 
 
 @pytest.mark.parametrize("value", [15, 0])

@@ -1,0 +1,90 @@
+"""The specification and the code say the same."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from purelight_format.limits import LIMITS, MIB
+from purelight_format.onnx_operators import OPERATORS
+from purelight_format.onnx_profile import IR_VERSION, OPSET
+from purelight_format.vectors import SIGNATURES
+
+ROOT = Path(__file__).parents[3]
+SPEC = ROOT / "spec"
+PAGES = sorted(SPEC.glob("*.md"))
+
+
+def rule(page: str, anchor: str) -> str:
+    text = (SPEC / page).read_text()
+    found = re.search(rf'<a id="{anchor}"></a>(.*?)(?=<a id=|\Z)', text, re.DOTALL)
+    assert found is not None
+    return found[1]
+
+
+def table(text: str) -> list[list[str]]:
+    lines = [line for line in text.splitlines() if line.startswith("|")]
+    return [[cell.strip() for cell in line.strip("|").split("|")] for line in lines[2:]]
+
+
+def shapes(cell: str) -> dict[str, tuple[int, ...]]:
+    """Names and shapes of a sample from a cell such as: `point` [N, 3], `u` [N, 2]."""
+    tensors = re.findall(r"`(\w+)` \[N(.*?)\]", cell)
+    return {name: tuple(map(int, re.findall(r"\d+", sizes))) for name, sizes in tensors}
+
+
+def test_the_operators_are_those_of_the_table() -> None:
+    named = [op for row in table(rule("onnx_profile.md", "n10")) for op in row[1].split()]
+    assert sorted(named) == sorted(OPERATORS)
+
+
+def test_the_networks_are_those_of_the_table() -> None:
+    text = (SPEC / "onnx_profile.md").read_text().split("## The model")[0]
+    stated = {name.strip("`"): tuple(map(shapes, sides)) for name, *sides in table(text)}
+    assert stated == {name: tuple(signature) for name, signature in SIGNATURES.items()}
+
+
+@pytest.mark.parametrize(
+    ("page", "anchor", "figures"),
+    [
+        ("plux.md", "c1", [f"{LIMITS.file_bytes // 1024 // MIB} GiB"]),
+        ("plux.md", "c10", [f"{LIMITS.members} members"]),
+        ("plux.md", "j1", [f"{LIMITS.manifest_bytes // MIB} MiB", f"{LIMITS.json_depth} levels"]),
+        ("plux.md", "j3", [f"{LIMITS.json_number_digits} characters"]),
+        ("plux.md", "m14", [f"{LIMITS.picture_bytes // MIB} MiB",
+                            f"{LIMITS.layer_bytes // MIB} MiB"]),
+        ("plux.md", "a3", [f"{LIMITS.array_bytes // MIB} MiB"]),
+        ("onnx_profile.md", "n1", [f"{LIMITS.network_bytes // MIB} MiB", f"{LIMITS.nodes:,} nodes",
+                                   f"{LIMITS.initializers:,} initializers"]),
+        ("onnx_profile.md", "n2", [f"version {IR_VERSION}", f"opset {OPSET}"]),
+        ("onnx_profile.md", "n14", [f"{LIMITS.sample_floats:,} elements",
+                                    f"{LIMITS.sample_floats_sum:,}", f"{LIMITS.sample_macs:,}"]),
+        ("conformance.md", "g2", [f"{LIMITS.vectors:,}"]),
+    ],
+)  # fmt: skip
+def test_limits_are_those_of_the_rules(page: str, anchor: str, figures: list[str]) -> None:
+    text = rule(page, anchor)
+    assert all(figure in text for figure in figures)
+
+
+def test_every_equation_that_code_cites_is_stated() -> None:
+    text = "".join(page.read_text() for page in PAGES)
+    stated = [int(number) for number in re.findall(r"\*\*Eq\. (\d+)\*\*", text)]
+    assert sorted(stated) == list(range(1, len(stated) + 1))
+    code = (ROOT / "purelight_format/geometry.py").read_text()
+    cited = {int(number) for number in re.findall(r"Eq\. (\d+)", code)}
+    assert {1, 2, 3, 4, 5, 6, 7} == cited
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_links_lead_somewhere(page: Path) -> None:
+    for target in re.findall(r"\]\(([^)]+)\)", page.read_text()):
+        file, _, anchor = target.partition("#")
+        path = page.parent / file if file else page
+        assert path.exists(), target
+        if anchor:
+            text = path.read_text()
+            headings = {h.lower().replace(" ", "-") for h in re.findall(r"^#+ (.*)$", text, re.M)}
+            assert f'<a id="{anchor}">' in text or anchor in headings, target
