@@ -210,16 +210,11 @@ def _read_network(reader: Reader) -> NetworkInfo:
 def _require_sense(manifest: Manifest, reader: Reader) -> None:
     """Physical sense of the values, rules m6 to m9."""
     sphere = manifest.bounding_sphere
-    if not 0 < sphere.radius <= LARGEST:
-        what = f"the radius must be above 0 m, at most {LARGEST:g} m"
-        reader.add("PLX_MANIFEST_SPHERE_INVALID", "bounding_sphere", what=what)
-    if max(abs(x) for x in sphere.center) > LARGEST:
-        what = f"the centre is more than {LARGEST:g} m from the origin"
-        reader.add("PLX_MANIFEST_SPHERE_INVALID", "bounding_sphere", what=what)
+    if not 0 < sphere.radius <= LARGEST or max(map(abs, sphere.center)) > LARGEST:
+        reader.add("PLX_MANIFEST_SPHERE_INVALID", "bounding_sphere")
     channels = zip(manifest.flux, manifest.channels, strict=True)
     if any(flux < 0 or (flux > 0) != present for flux, present in channels):
-        what = "the flux must be positive in present channels and 0 in absent ones"
-        reader.add("PLX_MANIFEST_FLUX_INVALID", "flux", what=what)
+        reader.add("PLX_MANIFEST_FLUX_INVALID", "flux")
     if not any(manifest.channels):
         reader.add("PLX_MANIFEST_DARK", "channels")
     if not manifest.radiance_scale > 0:

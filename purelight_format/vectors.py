@@ -87,8 +87,8 @@ class Vectors:
 
     def _require_sane(self) -> None:
         if not 1 <= len(self) <= LIMITS.vectors:
-            what = f"{len(self)} vectors, must be 1 to {LIMITS.vectors}"
-            fail("PLX_GOLDEN_SHAPE", f"vectors/{self.network}", what=what)
+            where = f"vectors/{self.network}"
+            fail("PLX_GOLDEN_SHAPE", where, count=len(self), limit=LIMITS.vectors)
         for name, tolerance in self.tolerances.items():
             if (tolerance < 0).any():
                 fail("PLX_GOLDEN_TOLERANCE_INVALID", f"vectors/{self.network}.{name}")
