@@ -87,9 +87,13 @@ def _table(title: str, values: Mapping[str, Any]) -> list[str]:
 def _flatten(prefix: str, value: Any) -> list[str]:
     if isinstance(value, Mapping) and value:
         return [line for k, v in value.items() for line in _flatten(f"{prefix}.{k}", v)]
-    text = f"{value:.4g}" if isinstance(value, float) else str(value)
-    line = f"{prefix[1:]} {text}"
+    values = value if isinstance(value, list) else [value]
+    line = f"{prefix[1:]} {', '.join(map(_short, values))}"
     return [line if line.isprintable() else line.encode("unicode_escape").decode()]
+
+
+def _short(value: Any) -> str:
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
 
 
 def _line(title: str, text: str) -> str:

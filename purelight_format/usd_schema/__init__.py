@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from purelight_format.errors import PureLightError
+
 SCHEMA = "PureLightLuminaireAPI"
 DIRECTORY = Path(__file__).parent
 
@@ -15,7 +17,13 @@ def register() -> None:
     """Makes the schema known; call it before the first stage is opened in the process.
 
     Later it does no harm but has no effect, as OpenUSD builds its registry of schemas once.
-    """
-    from pxr import Plug
 
+    Raises:
+        PureLightError: If OpenUSD is not installed.
+    """
+    try:
+        from pxr import Plug
+    except ImportError as error:
+        remedy = "pip install 'purelight[usd]'"
+        raise PureLightError(f"USD scenes need the usd-core package: {remedy}") from error
     Plug.Registry().RegisterPlugins(DIRECTORY.as_posix())

@@ -5,10 +5,14 @@ from __future__ import annotations
 import pkgutil
 import subprocess
 import sys
+from collections.abc import Callable
 
 import pytest
 
 import purelight_format
+from purelight_format import usd_schema
+from purelight_format.errors import PureLightError
+from purelight_format.onnx_profile import inspect
 
 HEAVY = ("torch", "mitsuba", "onnxruntime", "pxr", "onnx", "scipy")
 MODULES = [
@@ -26,6 +30,23 @@ def loaded(statement: str) -> set[str]:
 def test_importing_every_module_loads_no_heavy_package() -> None:
     assert "purelight_format.validate" in MODULES
     assert loaded("\n".join(f"import {name}" for name in MODULES)) == set()
+
+
+@pytest.mark.parametrize(
+    ("package", "extra", "action"),
+    [
+        ("onnx", "purelight[onnx]", lambda: inspect(b"", "appearance")),
+        ("pxr", "purelight[usd]", usd_schema.register),
+    ],
+)
+def test_a_missing_package_is_one_clear_line(
+    package: str, extra: str, action: Callable[[], object], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, package, None)
+    with pytest.raises(PureLightError) as caught:
+        action()
+    assert extra in str(caught.value)
+    assert "\n" not in str(caught.value)
 
 
 @pytest.mark.parametrize("package", ["onnx", "pxr"])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import shutil
 import subprocess
@@ -147,7 +148,7 @@ def test_a_scene_places_luminaires(asset: Path) -> None:
         assert lum.exit_surface == (f"{lum.path}/exit_surface",)
 
 
-@pytest.mark.parametrize("moment", ["early", "late", "never"])
+@pytest.mark.parametrize("moment", ["early", "late", "never", "environment"])
 def test_luminaires_are_found_whenever_the_schema_is_registered(asset: Path, moment: str) -> None:
     """A process builds its registry of schemas once, so each case has its own."""
     script = (
@@ -159,8 +160,10 @@ def test_luminaires_are_found_whenever_the_schema_is_registered(asset: Path, mom
         "print(len(found), found[0].dimmer, stage.GetDefaultPrim().HasAPI(usd_schema.SCHEMA))\n"
     )
     command = [sys.executable, "-c", script, str(asset), moment]
-    done = subprocess.run(command, check=True, capture_output=True, text=True)
-    assert done.stdout.split() == ["1", "1.0", str(moment == "early")]
+    folder = {"PXR_PLUGINPATH_NAME": str(usd_schema.DIRECTORY)} if moment == "environment" else {}
+    environment = {**os.environ, **folder}
+    done = subprocess.run(command, check=True, capture_output=True, text=True, env=environment)
+    assert done.stdout.split() == ["1", "1.0", str(moment in ("early", "environment"))]
 
 
 @pytest.mark.parametrize(
