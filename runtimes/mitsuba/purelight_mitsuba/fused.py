@@ -19,6 +19,8 @@ from purelight_mitsuba.operators import OPERATORS, Tensor, row
 
 LITERAL_INPUTS = 4  # Layers of so few inputs (grid scales, one-blobs) are faster written out.
 
+WIDE, BLOCK = 64, 32  # Outputs; on a CPU more of them leave the fastest cache.
+
 Vector = Any  # nn.CoopVec, which Dr.Jit does not export as a type.
 Value = Tensor | Vector
 
@@ -127,13 +129,18 @@ class Dense:
         half = dr.backend_v(mi.Float) == dr.JitBackend.CUDA
         tensor = mi.TensorXf16 if half else mi.TensorXf
         self._scalar = mi.Float16 if half else mi.Float
-        self._weight, self._bias = nn.pack([tensor(weight), tensor(bias)])
-        dr.eval(self._weight.buffer, self._bias.buffer)
+        size = len(weight) if half or len(weight) <= WIDE else BLOCK
+        starts = range(0, len(weight), size)
+        self._blocks = [
+            nn.pack([tensor(weight[k : k + size]), tensor(bias[k : k + size])]) for k in starts
+        ]
+        dr.eval([view.buffer for block in self._blocks for view in block])
 
     def __call__(self, x: Value) -> Vector:
         if isinstance(x, np.ndarray):
             x = nn.CoopVec(*(self._scalar(element) for element in x))
-        return nn.matvec(self._weight, x, self._bias)
+        outputs = [nn.matvec(weight, x, bias) for weight, bias in self._blocks]
+        return outputs[0] if len(outputs) == 1 else nn.CoopVec(*(y for v in outputs for y in v))
 
 
 class Literal:

@@ -76,9 +76,12 @@ class Lamps:
 
     Attributes:
         luminaires: The different bundles among them.
+        single: Whether there is only one lamp.
+        dark: Whether no lamp shines.
     """
 
     def __init__(self, emitters: Sequence[PureLightEmitter], room: mi.Scene) -> None:
+        self.single = len(emitters) == 1
         self.luminaires: list[Luminaire] = list(dict.fromkeys(e.luminaire for e in emitters))
         self._scene = _scene(emitters, room)
         self._facets = _device(_facets(emitters))

@@ -128,7 +128,7 @@ class Walk:
         )
         through = now.through * blocking
 
-        end = ~(hit.valid & (dr.max(through) > 0))
+        end = ~(hit.valid & (dr.max(through) > 0)) | self._lamps.single
         if fast:
             light = light + dr.select(end & on.active & ~viewing, through * on.weight, 0)
         else:

@@ -25,7 +25,6 @@ from purelight_format.vectors import Vectors
 CENTRE = (0.3, -0.2, 0.1)
 RADIUS = 0.25
 COLOUR = np.array([3.0, 2.0, 1.0])
-THROUGH = np.array([0.2, 0.5, 0.8])
 SPHERE = BoundingSphere(CENTRE, RADIUS)
 
 
@@ -57,6 +56,7 @@ class Lamp:
 def _golden(name: str, model: bytes) -> Vectors:
     rng = np.random.default_rng(0)
     away = rng.normal(size=(64, 3))
+    away[:, 2] = -np.abs(away[:, 2])  # Where even the spoilt lamp answers.
     away /= np.linalg.norm(away, axis=1, keepdims=True)
     point = np.array(CENTRE) + away * RADIUS * 4
     inputs: dict[str, Any]
@@ -87,7 +87,7 @@ def appearance(tilt: float = 0.0, spoilt: bool = False) -> bytes:
     return graph.to_bytes()
 
 
-def transparency(through: Sequence[float] = THROUGH) -> bytes:
+def transparency(through: Sequence[float]) -> bytes:
     """A constant transmittance."""
     graph = Graph("transparency")
     position, *_ = (graph.input(n, 3) for n in ("position", "normal", "outgoing"))
@@ -143,12 +143,12 @@ def ball(tilt: float = 0.0, *, learned: bool = True, spoilt: bool = False) -> La
     return Lamp(_surface(mesh), networks, math.pi * mesh.area * COLOUR)
 
 
-def glass_sheet() -> Lamp:
-    """A dark square sheet across the sphere that lets THROUGH pass."""
+def glass_sheet(through: Sequence[float]) -> Lamp:
+    """A dark square sheet across the sphere that lets a part of the light pass."""
     corner = RADIUS / math.sqrt(2)
     vertices = np.array([[x, y, 0] for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))]) * corner
     mesh = trimesh.Trimesh(vertices, [[0, 1, 2], [0, 2, 3]], process=False)
-    networks = {"appearance": _black(), "transparency": transparency()}
+    networks = {"appearance": _black(), "transparency": transparency(through)}
     return Lamp(_surface(mesh, 0.0), networks, np.zeros(3))
 
 
