@@ -143,7 +143,7 @@ def _broadcast(node: Node, inputs: tuple[Tensor, ...]) -> Shape:
 def _without_rows(node: Node, shape: Shape, rank: int) -> Shape:
     if len(shape) > rank and (len(shape) > rank + 1 or shape[0] != 1):
         node.bad_shape(f"a constant of shape {shape} would be spread over the rows")
-    return shape[-rank:] if rank and len(shape) > rank else shape[: rank or 0]
+    return shape[1:] if len(shape) > rank else shape
 
 
 def _given(node: Node) -> tuple[Tensor, ...]:

@@ -144,7 +144,7 @@ def _manifest(examination: Examination) -> Iterator[Issue]:
 def _digests(examination: Examination) -> Iterator[Issue]:
     """The manifest lists every member but itself, with size and digest."""
     listed, entries = examination.manifest.members, examination.entries
-    for name in listed.keys() - entries.keys():
+    for name in sorted(listed.keys() - entries.keys()):
         yield issue("PLX_MANIFEST_MEMBER_MISSING", f"{MANIFEST}/members", member=name)
     for name in entries:
         if name == MANIFEST:
@@ -192,10 +192,10 @@ def _small(examination: Examination, name: str, start: bytes) -> Iterator[Issue]
 
 def _networks(examination: Examination) -> Iterator[Issue]:
     where = f"{MANIFEST}/networks"
-    for name in examination.manifest.networks.keys() - SIGNATURES.keys():
+    for name in sorted(examination.manifest.networks.keys() - SIGNATURES.keys()):
         yield issue("PLX_MANIFEST_NETWORK_UNKNOWN", f"{where}/{name}")
     needed = {"appearance"} | ({"sampler_pdf"} if "sampler" in examination.networks else set())
-    for name in needed - examination.networks.keys():
+    for name in sorted(needed - examination.networks.keys()):
         yield issue("PLX_MANIFEST_NETWORK_MISSING", where, network=name)
     for name, info in examination.networks.items():
         try:
