@@ -11,7 +11,7 @@ from purelight_format.errors import PureLightError
 TOLERANCE = 1e-4  # Relative; a scene file gives matrices with about six digits.
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Placement:
     """world = scale · rotation · local + translation.
 

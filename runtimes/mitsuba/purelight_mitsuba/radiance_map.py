@@ -36,7 +36,8 @@ class RadianceMap:
             own = dr.select(beyond, power[index], own)
             colour = dr.select(beyond, self._colours[index], colour)
             reached = reached + power[index]
-        inner = mi.Point2f(dr.clip((target - before) / own, 0, dr.one_minus_epsilon(mi.Float)), u.y)
+        rest = dr.select(own > 0, (target - before) / own, 0)
+        inner = mi.Point2f(dr.clip(rest, 0, dr.one_minus_epsilon(mi.Float)), u.y)
         corner = mi.Point2f(cell % self._columns, cell // self._columns)
         size = mi.Point2f(1 / self._columns, 1 / self._rows)
         pdf = own / total * (self._rows * self._columns)

@@ -1,0 +1,161 @@
+"""purelight-render: pictures, and one line for every fault a user can make."""
+
+from __future__ import annotations
+
+import errno
+import os
+from pathlib import Path
+
+import analytic_lamps as lamps
+import numpy as np
+import OpenEXR
+import pytest
+
+from purelight_mitsuba import passes
+from purelight_mitsuba.cli import main
+
+SCENE = """<scene version="3.0.0">{integrator}
+<sensor type="perspective"><transform name="to_world">
+<lookat origin="2, 1, 1" target="0, 0, 0" up="0, 0, 1"/></transform>
+<film type="hdrfilm"><integer name="width" value="24"/><integer name="height" value="16"/></film>
+<sampler type="independent"><integer name="sample_count" value="2"/></sampler></sensor>
+<emitter type="purelight"><string name="filename" value="ball.plux"/></emitter>
+<shape type="rectangle"><transform name="to_world"><translate z="-0.5"/></transform></shape></scene>
+"""
+FAST = '<integrator type="purelight"><string name="mode" value="fast"/></integrator>'
+
+
+@pytest.fixture
+def scene(tmp_path: Path) -> Path:
+    lamps.ball().write(tmp_path / "ball.plux")
+    path = tmp_path / "scene.xml"
+    path.write_text(SCENE.format(integrator=FAST))
+    return path
+
+
+def picture(path: Path) -> np.ndarray:
+    with OpenEXR.File(str(path)) as file:
+        return file.channels()["RGB"].pixels
+
+
+def test_writes_both_pictures(scene: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    output = scene.with_name("out.exr")
+    assert main([str(scene), "--output", str(output)]) == 0
+    assert picture(output).shape == (16, 24, 3)
+    assert picture(output).max() > 1
+    assert output.with_suffix(".png").read_bytes().startswith(b"\x89PNG")
+    assert "2 samples per pixel, fast" in capsys.readouterr().out
+
+
+def test_arguments_override_the_scene(scene: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    output = str(scene.with_name("out.exr"))
+    assert main([str(scene), "--output", output, "--mode", "accurate", "--spp", "3"]) == 0
+    assert "3 samples per pixel, accurate" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("integrator", ["", '<integrator type="path"/>'])
+def test_other_integrators_are_replaced(scene: Path, integrator: str) -> None:
+    scene.write_text(SCENE.format(integrator=integrator))
+    output = scene.with_name("out.exr")
+    assert main([str(scene), "--output", str(output)]) == 0
+    assert picture(output).max() > 1
+
+
+def test_seeds_and_passes(scene: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    output = scene.with_name("out.exr")
+
+    def render(seed: int) -> np.ndarray:
+        command = [str(scene), "--output", str(output), "--spp", "7", "--seed", str(seed)]
+        assert main(command) == 0
+        return picture(output)
+
+    np.testing.assert_allclose(render(1), render(1), rtol=1e-4)  # Sums in any order.
+    assert np.abs(render(1) - render(2)).max() > 0.01
+    whole = render(1).mean()
+    monkeypatch.setattr(passes, "SAMPLES", 24 * 16 * 3)
+    assert (parts := render(1)).shape == (16, 24, 3)
+    assert parts.mean() == pytest.approx(whole, rel=0.1)
+
+
+def fault(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> str:
+    """The single line that a command prints before it fails with exit code 2."""
+    assert main(arguments) == 2
+    printed = capsys.readouterr().err.splitlines()
+    lines = [line for line in printed if line and "spp/s" not in line]
+    assert len(lines) == 1
+    assert lines[0].startswith("purelight-render: error: ")
+    return lines[0]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("<scene version", "<scene versio", "version"),
+        ("</scene>", "", "Parsing of XML"),
+        (SCENE.format(integrator=FAST), "no xml", "Parsing of XML"),
+        (SCENE.format(integrator=FAST), '<shape version="3.0.0" type="sphere"/>', "not a scene"),
+        ("ball.plux", "bull.plux", "bull.plux: no such file"),
+        ("ball.plux", "scene.xml", "not a valid bundle"),
+        ("rectangle", "rectangel", "rectangel"),
+        ('value="fast"', 'value="quick"', "neither accurate nor fast"),
+        (
+            'value="ball.plux"/>',
+            'value="ball.plux"/><transform name="to_world"><scale x="2"/></transform>',
+            "shears or scales",
+        ),
+    ],
+)
+def test_faults_in_a_scene(
+    scene: Path, old: str, new: str, message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    scene.write_text(scene.read_text().replace(old, new))
+    output = scene.with_name("out.exr")
+    assert message in fault([str(scene), "--output", str(output)], capsys)
+    assert not output.exists()
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (["--output", "/nowhere/at/all.exr"], "no such folder"),
+        (["--output", "picture.jpg"], ".exr"),
+        (["--spp", "0"], "--spp"),
+        (["--variant", "cuda_mono"], "variant cuda_mono"),
+    ],
+)
+def test_faults_in_the_arguments(
+    scene: Path, change: list[str], message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    output = scene.with_name("out.exr")
+    assert message in fault([str(scene), "--output", str(output), *change], capsys)
+
+
+@pytest.mark.parametrize(("name", "message"), [("none.xml", "no such file"), ("a.txt", ".xml")])
+def test_faults_in_the_name_of_the_scene(
+    tmp_path: Path, name: str, message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "a.txt").touch()
+    output = str(tmp_path / "out.exr")
+    assert message in fault([str(tmp_path / name), "--output", output], capsys)
+
+
+def test_a_newer_bundle_says_so(scene: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    bundle = scene.with_name("ball.plux")
+    data = bundle.read_bytes()
+    bundle.write_bytes(data.replace(b'"format_version": "1.0"', b'"format_version": "9.0"'))
+    if bundle.read_bytes() == data:
+        bundle.write_bytes(data.replace(b'"format_version":"1.0"', b'"format_version":"9.0"'))
+    assert bundle.read_bytes() != data
+    fault([str(scene), "--output", str(scene.with_name("out.exr"))], capsys)
+
+
+def test_a_full_disk_leaves_no_picture(
+    scene: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def full(_: int) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr("purelight_format.atomic.os.fsync", full)
+    output = scene.with_name("out.exr")
+    assert "No space left" in fault([str(scene), "--output", str(output)], capsys)
+    assert sorted(path.name for path in scene.parent.iterdir()) == ["ball.plux", "scene.xml"]

@@ -1,0 +1,124 @@
+"""The emitter plugin: files, sharing, parameters and refusals."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import analytic_lamps as lamps
+import mitsuba as mi
+import numpy as np
+import pytest
+
+from purelight_mitsuba.lamps import Lamps
+from purelight_mitsuba.luminaire import load
+
+T = mi.ScalarTransform4f
+
+
+@pytest.fixture
+def bundle(tmp_path: Path) -> Path:
+    return lamps.ball().write(tmp_path / "ball.plux")
+
+
+def lamp(path: Path, **settings: Any) -> dict[str, Any]:
+    return {"type": "purelight", "filename": str(path), **settings}
+
+
+def test_a_file_is_found_beside_the_scene(bundle: Path) -> None:
+    scene = bundle.with_name("scene.xml")
+    scene.write_text(
+        '<scene version="3.0.0"><emitter type="purelight"><string name="filename" '
+        'value="ball.plux"/><transform name="to_world"><translate x="3"/></transform>'
+        '<float name="dimmer" value="0.5"/></emitter><integrator type="purelight"/></scene>'
+    )
+    loaded = mi.load_file(str(scene))
+    (emitter,) = loaded.emitters()
+    assert emitter.luminaire is load(bundle)
+    assert emitter.level == 0.5
+    np.testing.assert_allclose(emitter.placement.translation, [3, 0, 0])
+    box = emitter.bbox()
+    np.testing.assert_allclose(
+        np.array(box.center()).ravel(), np.add(lamps.CENTRE, [3, 0, 0]), atol=1e-6
+    )
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"filename": "nowhere.plux"}, "no such file"),
+        ({"dimmer": -1.0}, "dimmer"),
+        ({"dimmer": float("nan")}, "dimmer"),
+        ({"to_world": T().scale([1, 2, 1])}, "shears or scales"),
+    ],
+)
+def test_refusals_name_the_fault(bundle: Path, settings: dict[str, Any], message: str) -> None:
+    with pytest.raises(RuntimeError, match=f"PureLightError: .*{message}"):
+        mi.load_dict(lamp(bundle) | settings)
+
+
+def test_a_file_that_is_no_bundle(tmp_path: Path) -> None:
+    path = tmp_path / "lamp.plux"
+    path.write_bytes(b"nothing")
+    with pytest.raises(RuntimeError, match="PureLightError: .*not a valid bundle"):
+        mi.load_dict(lamp(path))
+
+
+def test_equal_bundles_share_their_networks(bundle: Path) -> None:
+    copy = bundle.with_name("copy.plux")
+    copy.write_bytes(bundle.read_bytes())
+    assert load(bundle) is load(bundle)
+    assert load(copy) is load(bundle)
+    lamps.ball(0.5).write(copy)
+    assert load(copy) is not load(bundle)
+
+
+def test_parameters_move_and_dim_a_lamp(bundle: Path) -> None:
+    scene = mi.load_dict(lamps.room() | {"lamp": lamp(bundle)})
+    integrator = mi.load_dict({"type": "purelight", "max_depth": 2})
+    before = lamps.average(scene, integrator, spp=16, passes=1)
+    params = mi.traverse(scene)
+    params["lamp.dimmer"] = 0.5
+    params.update()
+    dimmed = lamps.average(scene, integrator, spp=16, passes=1)
+    np.testing.assert_allclose(dimmed, 0.5 * before, rtol=1e-4)
+    params["lamp.to_world"] = mi.Transform4f().translate([0, 0, 1])
+    params.update()
+    moved = lamps.average(scene, integrator, spp=16, passes=1)
+    there = lamp(bundle, dimmer=0.5, to_world=T().translate([0, 0, 1]))
+    fresh = lamps.average(mi.load_dict(lamps.room() | {"lamp": there}), integrator, 16, 1)
+    np.testing.assert_allclose(moved, fresh, rtol=1e-4)
+    assert np.abs(moved - dimmed).max() > 0.1
+
+
+def test_a_missing_map_is_named_in_fast_mode(tmp_path: Path) -> None:
+    path = lamps.glass_sheet([0.5] * 3).write(tmp_path / "sheet.plux")
+    scene = mi.load_dict(lamps.room() | {"lamp": lamp(path)})
+    with pytest.raises(Exception, match="no fast_map network"):
+        mi.load_dict({"type": "purelight", "mode": "fast"}).prepare(scene)
+
+
+def test_too_many_overlapping_lamps_are_refused(bundle: Path) -> None:
+    copies = {f"l{k}": lamp(bundle, to_world=T().translate([k * 0.1, 0, 0])) for k in range(65)}
+    scene = mi.load_dict(lamps.room() | copies)
+    with pytest.raises(Exception, match="65 lamps have overlapping"):
+        Lamps(scene.emitters(), scene)
+
+
+def test_stock_integrators_get_no_light_from_it(bundle: Path) -> None:
+    scene = mi.load_dict(lamps.room() | {"lamp": lamp(bundle)})
+    image = lamps.average(scene, {"type": "path"}, spp=4, passes=1)
+    assert (image == 0).all()
+
+
+def test_a_scene_without_lamps_renders_as_path_tracing_does() -> None:
+    sky = {"type": "constant", "radiance": {"type": "rgb", "value": [1.0, 2.0, 3.0]}}
+    scene = mi.load_dict(lamps.room() | {"sky": sky})
+    ours = lamps.average(scene, {"type": "purelight", "max_depth": 4})
+    path = lamps.average(scene, {"type": "path", "max_depth": 4})
+    np.testing.assert_allclose(ours.mean((0, 1, 2)), path.mean((0, 1, 2)), rtol=5e-3)
+
+
+def test_a_room_without_any_light_is_black() -> None:
+    scene = mi.load_dict(lamps.room())
+    assert (lamps.average(scene, {"type": "purelight"}, spp=1, passes=1) == 0).all()

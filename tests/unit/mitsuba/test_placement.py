@@ -1,0 +1,52 @@
+"""Transforms of lamps: what is taken apart, and what is refused."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from purelight_format.errors import PureLightError
+from purelight_mitsuba.placement import Placement
+
+
+def matrix(linear: np.ndarray) -> np.ndarray:
+    result = np.eye(4)
+    result[:3, :3] = linear
+    result[:3, 3] = 1, 2, 3
+    return result
+
+
+@pytest.mark.parametrize("scale", [1e-3, 1.0, 1e3])
+def test_a_similarity_is_taken_apart(scale: float) -> None:
+    rotation = Rotation.from_euler("xyz", [20, 130, -70], degrees=True).as_matrix()
+    found = Placement.of(matrix(scale * rotation), "lamp")
+    np.testing.assert_allclose(found.rotation, rotation, atol=1e-12)
+    assert found.scale == pytest.approx(scale)
+    points = np.random.default_rng(0).normal(size=(5, 3))
+    expected = points @ (scale * rotation).T + [1, 2, 3]
+    np.testing.assert_allclose(found.to_world(points), expected)
+
+
+@pytest.mark.parametrize(
+    ("linear", "word"),
+    [
+        (np.diag([1.0, 1.0, 1.1]), "shears or scales"),
+        (np.array([[1, 0.2, 0], [0, 1, 0], [0, 0, 1.0]]), "shears or scales"),
+        (np.diag([1.0, 1.0, -1.0]), "mirrors"),
+        (np.zeros((3, 3)), "flattens"),
+        (np.full((3, 3), np.nan), "finite"),
+    ],
+)
+def test_everything_else_is_refused(linear: np.ndarray, word: str) -> None:
+    with pytest.raises(PureLightError, match=word) as error:
+        Placement.of(matrix(linear), "lamp.plux")
+    assert str(error.value).startswith("lamp.plux: ")
+    assert "\n" not in str(error.value)
+
+
+def test_a_projection_is_refused() -> None:
+    projective = np.eye(4)
+    projective[3, 2] = 0.1
+    with pytest.raises(PureLightError, match="affine"):
+        Placement.of(projective, "lamp")
