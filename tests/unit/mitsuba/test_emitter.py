@@ -53,14 +53,14 @@ def test_a_file_is_found_beside_the_scene(bundle: Path) -> None:
     ],
 )
 def test_refusals_name_the_fault(bundle: Path, settings: dict[str, Any], message: str) -> None:
-    with pytest.raises(RuntimeError, match=f"PureLightError: .*{message}"):
+    with pytest.raises(RuntimeError, match=rf"PureLightError: .*{message}"):
         mi.load_dict(lamp(bundle) | settings)
 
 
 def test_a_file_that_is_no_bundle(tmp_path: Path) -> None:
     path = tmp_path / "lamp.plux"
     path.write_bytes(b"nothing")
-    with pytest.raises(RuntimeError, match="PureLightError: .*not a valid bundle"):
+    with pytest.raises(RuntimeError, match=r"PureLightError: .*not a valid bundle"):
         mi.load_dict(lamp(path))
 
 
