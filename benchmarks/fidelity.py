@@ -5,6 +5,7 @@ Every figure compares the bundle, through a public runtime, with something no ne
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
@@ -81,7 +82,7 @@ def ies_lumens(path: Path) -> float:
     return float(IESFile.read(path).photometry.total_optical_power())
 
 
-def irradiance(subject: Subject, spp: int = 1 << 12, paths: int = 1 << 26) -> Figures:
+def irradiance(subject: Subject, spp: int = 1 << 13, paths: int = 1 << 26) -> Figures:
     """Irradiance on a plane 1 m below the lamp: rendered in both modes over light-traced."""
     plane = truth.Plane.below(subject.description.sphere)
     records = trace_records(subject.lamp, paths, 77)
@@ -97,22 +98,47 @@ def irradiance(subject: Subject, spp: int = 1 << 12, paths: int = 1 << 26) -> Fi
 
 
 def plane_render(subject: Subject, plane: truth.Plane, mode: str, spp: int) -> Image:
-    """Irradiance on a plane through the integrator `purelight`: [cells, cells, 3]."""
-    meter = {
-        "type": "irradiancemeter",
-        "film": {
-            "type": "hdrfilm", "width": plane.cells, "height": plane.cells,
-            "rfilter": {"type": "box"}, "pixel_format": "rgb", "component_format": "float32",
-        },
+    """Irradiance on a plane through the integrator `purelight`: [cells, cells, 3] by [y, x].
+
+    An orthographic camera between plane and lamp looks down at a diffuse floor of albedo 1/2; one
+    bounce of light is (1/2) E / pi there.
+    """
+    return (
+        2
+        * math.pi
+        * _floor_radiance(
+            {"type": "purelight", "filename": str(subject.bundle.resolve())},
+            {"type": "purelight", "mode": mode, "max_depth": 2},
+            plane,
+            spp,
+        )
+    )
+
+
+def _floor_radiance(
+    lamp: dict[str, Any], integrator: dict[str, Any], plane: truth.Plane, spp: int
+) -> Image:
+    """Radiance of a diffuse floor of albedo 1/2 under a lamp: [cells, cells, 3] by [y, x]."""
+    centre, half = np.asarray(plane.center), plane.side / 2
+    above = centre + [0, 0, 0.25 * plane.side]
+    view = mi.ScalarTransform4f().look_at(list(above), list(centre), [0, 1, 0])
+    film = {
+        "type": "hdrfilm", "width": plane.cells, "height": plane.cells,
+        "rfilter": {"type": "box"}, "pixel_format": "rgb", "component_format": "float32",
     }  # fmt: skip
-    place = mi.ScalarTransform4f().translate(list(plane.center)).scale(plane.side / 2)
     scene = mi.load_dict({
         "type": "scene",
-        "integrator": {"type": "purelight", "mode": mode, "max_depth": 2},
-        "floor": {"type": "rectangle", "to_world": place, "meter": meter},
-        "lamp": {"type": "purelight", "filename": str(subject.bundle.resolve())},
+        "integrator": integrator,
+        "sensor": {"type": "orthographic", "to_world": view @ mi.ScalarTransform4f().scale([half, half, 1]), "film": film},
+        "floor": {
+            "type": "rectangle",
+            "to_world": mi.ScalarTransform4f().translate(list(centre)).scale(2 * half),
+            "bsdf": {"type": "diffuse", "reflectance": {"type": "rgb", "value": 0.5}},
+        },
+        "lamp": lamp,
     })  # fmt: skip
-    return np.array(mi.render(scene, sensor=0, spp=spp, seed=3)).astype(np.float64)[..., :3]
+    image = np.array(mi.render(scene, spp=spp, seed=3)).astype(np.float64)[..., :3]
+    return image[::-1]  # rows from the top of the picture, which is +y
 
 
 def appearance(subject: Subject, size: int = 256, spp: int = 512, passes: int = 4) -> Figures:

@@ -77,7 +77,7 @@ def fast_map(network: FastMap, *, compact: bool = False) -> bytes:
         maps.append(mlp(graph, [one_hot], network.network))
     present = np.cumsum(channels > 0).clip(1) - 1
     log = graph.clip(graph.concat([maps[int(k)] for k in present]), 0.0, MAX_LOG)
-    gain = np.repeat(channels * network.radiance_scale, SIZE * SIZE)
+    gain = np.repeat(channels * network.gain.cpu().numpy() * network.radiance_scale, SIZE * SIZE)
     radiance = graph.reshape((graph.exp(log) - 1.0) * gain, 3, SIZE, SIZE)
     graph.output("radiance_map", graph.channels_last(radiance))
     return graph.to_bytes()

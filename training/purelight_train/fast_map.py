@@ -17,10 +17,13 @@ SIZE = 16
 class FastMap(nn.Module):
     """Mean radiance in the 16x16 equal cells of the cap's square, [row v, column u, channel].
 
-    One network serves all channels; its input is [encoding(point), one-hot channel].
+    One network serves all channels; its input is [encoding(point), one-hot channel]. A gain per
+    channel closes the power that the map sends to points all around (`close_power`).
     """
 
     channels: Tensor
+    gain: Tensor
+    weight: Tensor
 
     def __init__(self, description: Description, preset: Preset) -> None:
         super().__init__()
@@ -30,28 +33,43 @@ class FastMap(nn.Module):
         self.radiance_scale = description.radiance_scale
         present = torch.tensor(description.channels, dtype=torch.float32)
         self.register_buffer("channels", present, persistent=False)
+        self.register_buffer("gain", torch.ones(3))
+        flux = torch.tensor(description.flux)
+        weight = torch.where(flux > 0, flux.mean() / flux.clamp(min=1e-30), 0.0)
+        self.register_buffer("weight", weight, persistent=False)
 
-    def log_map(self, point: Tensor) -> Tensor:
-        """log1p(radiance / scale), clipped: [N, 3] -> [N, 256, 3]."""
+    def raw(self, point: Tensor) -> Tensor:
+        """log1p(radiance / scale) before clipping: [N, 3] -> [N, 256, 3]."""
         context = self.encoding(point)
         outputs = []
         for channel in range(3):
             one_hot = torch.zeros(len(point), 3, dtype=context.dtype, device=context.device)
             one_hot[:, channel] = 1
             outputs.append(self.network(torch.cat((context, one_hot), -1)))
-        return torch.stack(outputs, -1).clamp(0, MAX_LOG)
+        return torch.stack(outputs, -1)
 
     def forward(self, point: Tensor) -> Tensor:
         """Radiance map in W/(m² sr): [N, 3] -> [N, 16, 16, 3]."""
-        radiance = torch.expm1(self.log_map(point)) * (self.radiance_scale * self.channels)
+        log = self.raw(point).clamp(0, MAX_LOG)
+        radiance = torch.expm1(log) * (self.radiance_scale * self.gain * self.channels)
         return radiance.view(-1, SIZE, SIZE, 3)
 
     def loss(self, point: Tensor, radiance: Tensor) -> Tensor:
         """Mean square error of radiance / scale, as the paper: energy first, and unbiased.
 
+        Channels are weighted by their flux, so that a faint one is learned as well as a strong.
+
         Arguments:
             point: [N, 3].
             radiance: [N, 256, 3], one random sample in each cell.
         """
-        value = torch.expm1(self.log_map(point)) * self.channels
-        return ((value - radiance / self.radiance_scale) ** 2).mean()
+        # Not clipped below: a cell that strayed under zero would have no gradient to come back
+        value = torch.expm1(self.raw(point).clamp(max=MAX_LOG))
+        return (((value - radiance / self.radiance_scale) * self.weight) ** 2).mean()
+
+    @torch.no_grad()
+    def close_power(self, point: Tensor, radiance: Tensor) -> None:
+        """Set the gain so that the maps' sum over `point` equals that of the samples."""
+        total = torch.stack([self(part).sum((0, 1, 2)) for part in point.split(1024)]).sum(0)
+        true = radiance.sum((0, 1))
+        self.gain *= torch.where(total > 0, true / total, torch.ones_like(total))

@@ -144,7 +144,15 @@ class Training:
         sampler = self._build("sampler", Sampler)
         self._train("sampler", sampler, self._sampler_loss(sampler), self.preset.sampler)
         fast_map = self._build("fast_map", FastMap)
-        self._train("fast_map", fast_map, self._fast_map_loss(fast_map), self.preset.fast_map)
+        self._train(
+            "fast_map",
+            fast_map,
+            self._fast_map_loss(fast_map),
+            self.preset.fast_map,
+            finish=lambda: fast_map.close_power(
+                *self._tensors(self.cap_samples.point, self.cap_samples.radiance)
+            ),
+        )
         metrics = self._metrics(student)
         self._previews(student, transparency)
         self.run.write_json("metrics.json", metrics)

@@ -93,7 +93,7 @@ DRAFT = Preset(
     sampler_flow=FlowSize(2, MLPSize(32, 2), 16),
     sampler=Optimisation(800, 1 << 14, 4e-3),
     fast_map_network=MLPSize(64, 3),
-    fast_map=Optimisation(1000, 1 << 7, 3e-3),
+    fast_map=Optimisation(2000, 1 << 8, 3e-3),
 )
 
 STANDARD = Preset(
