@@ -77,5 +77,25 @@ class PureLightEmitter(mi.Emitter):
     def eval(self, si: Any, active: Any = True) -> mi.Spectrum:
         return mi.Spectrum(0)
 
+    # Light tracers call every emitter plugin that a process has seen, scene or not.
+
+    def sample_ray(
+        self, time: Any, sample1: Any, sample2: Any, sample3: Any, active: Any = True
+    ) -> tuple[mi.Ray3f, mi.Spectrum]:
+        return dr.zeros(mi.Ray3f), mi.Spectrum(0)
+
+    def sample_position(
+        self, time: Any, sample: Any, active: Any = True
+    ) -> tuple[mi.PositionSample3f, mi.Float]:
+        return dr.zeros(mi.PositionSample3f), mi.Float(0)
+
+    def pdf_position(self, ps: Any, active: Any = True) -> mi.Float:
+        return mi.Float(0)
+
+    def sample_wavelengths(
+        self, si: Any, sample: Any, active: Any = True
+    ) -> tuple[Any, mi.Spectrum]:
+        return dr.zeros(mi.Color0f), mi.Spectrum(0)
+
     def to_string(self) -> str:
         return f"PureLight[{self.luminaire.path.name}]"
