@@ -37,7 +37,7 @@ def main() -> int:
 def measure(lamp: str, output: Path, preset: str, chosen: list[str] | None) -> dict[str, Any]:
     """Figures of every chosen check for one lamp."""
     subject, results = prepare(lamp, output, preset), {}
-    from benchmarks.fidelity import CHECKS  # noqa: PLC0415 - after the variant is set
+    from benchmarks.fidelity import CHECKS
 
     for name in chosen or list(CHECKS):
         start = time.monotonic()
@@ -48,7 +48,7 @@ def measure(lamp: str, output: Path, preset: str, chosen: list[str] | None) -> d
 
 def prepare(lamp: str, output: Path, preset: str) -> Any:
     """Build, train and export a lamp, or take what an earlier call left."""
-    import purelight_train.cli  # noqa: PLC0415 - it settles how PyTorch's threads wait
+    import purelight_train.cli
 
     run, bundle = output / f"{lamp}-{preset}", output / f"{lamp}-{preset}.plux"
     scene = import_module(f"purelight_examples.luminaires.{lamp}").write(output / "lamps")
@@ -56,9 +56,9 @@ def prepare(lamp: str, output: Path, preset: str) -> Any:
     if not bundle.is_file() and purelight_train.cli.main(words) != 0:
         sys.exit(2)
     platform.use()
-    import purelight_export.cli  # noqa: PLC0415
-    import purelight_mitsuba  # noqa: PLC0415
-    from benchmarks.fidelity import Subject  # noqa: PLC0415
+    import purelight_export.cli
+    import purelight_mitsuba
+    from benchmarks.fidelity import Subject
 
     purelight_mitsuba.register()
     if not bundle.is_file() and purelight_export.cli.main([str(run), "--output", str(bundle)]):

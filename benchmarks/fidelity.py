@@ -120,7 +120,7 @@ def _floor_radiance(
 ) -> Image:
     """Radiance of a diffuse floor of albedo 1/2 under a lamp: [cells, cells, 3] by [y, x]."""
     centre, half = np.asarray(plane.center), plane.side / 2
-    above = centre + [0, 0, 0.25 * plane.side]
+    above = centre + np.array([0, 0, 0.25 * plane.side])
     view = mi.ScalarTransform4f().look_at(list(above), list(centre), [0, 1, 0])
     film = {
         "type": "hdrfilm", "width": plane.cells, "height": plane.cells,
@@ -129,7 +129,11 @@ def _floor_radiance(
     scene = mi.load_dict({
         "type": "scene",
         "integrator": integrator,
-        "sensor": {"type": "orthographic", "to_world": view @ mi.ScalarTransform4f().scale([half, half, 1]), "film": film},
+        "sensor": {
+            "type": "orthographic",
+            "to_world": view @ mi.ScalarTransform4f().scale([half, half, 1]),
+            "film": film,
+        },
         "floor": {
             "type": "rectangle",
             "to_world": mi.ScalarTransform4f().translate(list(centre)).scale(2 * half),

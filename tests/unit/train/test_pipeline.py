@@ -72,7 +72,9 @@ def test_run_is_complete(run: Path) -> None:
     assert metrics["held_out_gain_nats"] > 0.2
     assert set(metrics["losses"]) == {"teacher", "student", "transparency", "sampler", "fast_map"}
     escaped = opened.read_arrays("escaped.npz")
-    np.testing.assert_allclose(escaped["weight"].sum(0, dtype=np.float64), description.flux, rtol=1e-4)
+    np.testing.assert_allclose(
+        escaped["weight"].sum(0, dtype=np.float64), description.flux, rtol=1e-4
+    )
     triangle_flux = opened.read_arrays("surface.npz")["triangle_flux"]
     np.testing.assert_allclose(triangle_flux.sum(0, dtype=np.float64), description.flux, rtol=0.02)
     for name in ("student.png", "transparency.png", "teacher_student.png"):
