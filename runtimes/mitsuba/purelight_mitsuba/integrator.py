@@ -10,12 +10,12 @@ import drjit as dr
 import mitsuba as mi
 
 from purelight_format.errors import PureLightError
-from purelight_mitsuba.cap import INSIDE
+from purelight_mitsuba.aimed import AimedLamps
 from purelight_mitsuba.emitter import PureLightEmitter
-from purelight_mitsuba.lamps import Lamps, Place
+from purelight_mitsuba.lamps import Lamps
 from purelight_mitsuba.queries import Queries
 from purelight_mitsuba.stock import StockEmitters
-from purelight_mitsuba.walk import Segment, Vertex, Walk, power
+from purelight_mitsuba.walk import Segment, Vertex, Walk
 
 MODES = ("accurate", "fast")
 LARGEST_SURVIVAL = 0.95
@@ -47,17 +47,16 @@ class SceneParts:
     """What an integrator prepares once per scene, and again when a lamp was changed."""
 
     key: tuple[Any, ...]
-    lamps: Lamps | None
-    queries: Queries | None
-    walk: Walk | None
     stock: StockEmitters
+    aimed: AimedLamps | None
+    walk: Walk | None
 
 
 class PureLightIntegrator(mi.SamplingIntegrator):
     """Path tracing in two scenes: the room, and the lamps that its rays cross on their way.
 
     A lamp adds its radiance and attenuates what is behind it, without becoming a vertex. Each
-    vertex aims one shadow ray at a lamp and one at an emitter of Mitsuba's; multiple importance
+    vertex aims shadow rays at a lamp and one at an emitter of Mitsuba's; multiple importance
     sampling joins both with the BSDF's own directions.
 
     Properties: `mode`: `accurate` (direction by the sampler, radiance by the appearance network)
@@ -102,12 +101,15 @@ class PureLightIntegrator(mi.SamplingIntegrator):
             PureLightError: If a bundle lacks a network that the mode needs.
         """
         emitters = [e for e in scene.emitters() if isinstance(e, PureLightEmitter)]
-        key = (scene, self.mode, *((e, e.placement, e.level) for e in emitters))
+        # The scene itself would keep this integrator, and so itself, alive for ever.
+        key = (self.mode, *scene.emitters(), *((e.placement, e.level) for e in emitters))
         if self._parts is None or self._parts.key != key:
-            lamps = Lamps(emitters, scene) if emitters else None
-            queries = Queries(lamps, fast=self.mode == "fast") if lamps else None
-            walk = Walk(lamps, queries) if lamps and queries else None
-            self._parts = SceneParts(key, lamps, queries, walk, StockEmitters(scene))
+            self._parts = SceneParts(key, StockEmitters(scene), None, None)
+            if emitters:
+                lamps = Lamps(emitters, scene)
+                queries = Queries(lamps, fast=self.mode == "fast")
+                self._parts.aimed = AimedLamps(lamps, queries)
+                self._parts.walk = Walk(lamps, queries)
         return self._parts
 
     def sample(
@@ -124,12 +126,12 @@ class PureLightIntegrator(mi.SamplingIntegrator):
             dr.zeros(mi.Interaction3f), mi.Float(1), mi.Bool(True), mi.Bool(False), mi.UInt32(0),
             mi.Bool(active),
         )  # fmt: skip
-        state = (path, Segment.none(), Segment.none(), sampler)
+        aimed = parts.aimed.none() if parts.aimed else []
         path, *_ = dr.while_loop(
-            state,
-            lambda path, stock, direct, _: path.active | stock.active | direct.active,
-            lambda path, stock, direct, sampler: (
-                *self._step(scene, parts, path, stock, direct, sampler),
+            (path, parts.stock.none(), aimed, sampler),
+            lambda path, stock, aimed, _: _any(path.active, *stock, *aimed),
+            lambda path, stock, aimed, sampler: (
+                *self._step(scene, parts, path, stock, aimed, sampler),
                 sampler,
             ),
             label="PureLight paths",
@@ -142,35 +144,32 @@ class PureLightIntegrator(mi.SamplingIntegrator):
         scene: mi.Scene,
         parts: SceneParts,
         path: Path,
-        stock: Segment,
-        direct: Segment,
+        stock: list[Segment],
+        aimed: list[Segment],
         sampler: mi.Sampler,
-    ) -> tuple[Path, Segment, Segment]:
+    ) -> tuple[Path, list[Segment], list[Segment]]:
         """Finds the next vertex, settles the segments before it, and sends out new ones."""
         si = self._intersect(scene, path)
-        if parts.walk is not None and parts.lamps is not None:
+        if parts.walk is not None:
             length = dr.select(si.is_valid(), si.t, dr.largest(mi.Float))
             visible = path.active & ~(self.hide_emitters & (path.depth == 0))
             view = Segment.of(path.ray, length, path.throughput, visible, 0)
-            light, through, spoilt = parts.walk(
-                view, Vertex(path.previous.p, path.pdf, path.delta),
-                stock if parts.stock else None, None if parts.lamps.dark else direct,
-            )  # fmt: skip
-            path.light = path.light + light
+            vertex = Vertex(path.previous.p, path.pdf, path.delta)
+            light, through, spoilt = parts.walk(view, vertex, stock, aimed)
             path.throughput = path.throughput * through
             path.spoilt = path.spoilt + spoilt
             path.seen = path.seen | (visible & (dr.min(through) < 1))
-        elif parts.stock:
-            path.light = path.light + dr.select(stock.active, stock.weight, 0)
-        path.light = path.light + parts.stock.hit(scene, si, path, self.hide_emitters)
+        else:
+            light = sum((dr.select(s.active, s.weight, 0) for s in stock), mi.Color3f(0))
+        path.light = path.light + light + parts.stock.hit(scene, si, path, self.hide_emitters)
 
         onward = path.active & si.is_valid() & (path.depth + 1 < self.max_depth)
         bsdf, context = si.bsdf(path.ray), mi.BSDFContext()
         smooth = onward & mi.has_flag(bsdf.flags(), mi.BSDFFlags.Smooth)
         stock = parts.stock.aim(scene, si, bsdf, path, sampler, smooth)
-        direct = self._aim(scene, parts, si, bsdf, path, sampler, smooth)
+        aimed = parts.aimed.aim(scene, si, bsdf, path, sampler, smooth) if parts.aimed else []
         drawn, weight = bsdf.sample(context, si, sampler.next_1d(), sampler.next_2d(), onward)
-        return self._advance(path, si, drawn, weight, sampler, onward), stock, direct
+        return self._advance(path, si, drawn, weight, sampler, onward), stock, aimed
 
     def _intersect(self, scene: mi.Scene, path: Path) -> mi.SurfaceInteraction3f:
         si = scene.ray_intersect(path.ray, mi.RayFlags.All, path.depth == 0, path.active)
@@ -180,55 +179,6 @@ class PureLightIntegrator(mi.SamplingIntegrator):
             beyond = found.compute_surface_interaction(path.ray, mi.RayFlags.All, first)
             si = dr.select(first, beyond, si)
         return si
-
-    def _aim(
-        self,
-        scene: mi.Scene,
-        parts: SceneParts,
-        si: mi.SurfaceInteraction3f,
-        bsdf: mi.BSDFPtr,
-        path: Path,
-        sampler: mi.Sampler,
-        active: mi.Bool,
-    ) -> Segment:
-        """A shadow ray toward one of the lamps."""
-        lamps, queries = parts.lamps, parts.queries
-        if lamps is None or queries is None or lamps.dark:
-            return Segment.none()
-        lamp, chance = lamps.pick(sampler.next_1d(), active)
-        place = lamps.place(lamp, active)
-        active = active & (dr.norm(place.centre - si.p) > place.radius * INSIDE)
-        u = sampler.next_2d()
-        if queries.fast:
-            toward, pdf, weight, spoilt = queries.sample_map(place, si.p, u, active)
-        else:
-            toward, pdf, spoilt = queries.sample(place, si.p, u, active)
-            weight = mi.Color3f(dr.select(pdf > 0, 1 / pdf, 0))
-        path.spoilt = path.spoilt + spoilt
-        active = active & (pdf > 0)
-        value, pdf_bsdf = bsdf.eval_pdf(mi.BSDFContext(), si, si.to_local(toward), active)
-        share = power(pdf * chance, pdf_bsdf)
-        active = active & (dr.max(value * weight) > 0)
-        ray = si.spawn_ray(toward)
-        length, free = self._reach(scene, place, ray, queries.fast, active)
-        total = path.throughput * value * weight * (share / chance)
-        return Segment.of(ray, length, total, free, lamp)
-
-    @staticmethod
-    def _reach(
-        scene: mi.Scene, place: Place, ray: mi.Ray3f, fast: bool, active: mi.Bool
-    ) -> tuple[mi.Float, mi.Bool]:
-        """How far a shadow ray goes in the room, and whether that may reach the lamp's sphere."""
-        along = dr.dot(place.centre - ray.o, ray.d)
-        off_axis = dr.squared_norm(dr.fma(ray.d, -along, place.centre - ray.o))
-        half = dr.safe_sqrt(dr.square(place.radius) - off_axis)
-        limited = mi.Ray3f(ray)
-        if fast:
-            limited.maxt = along - half
-            return limited.maxt, active & ~scene.ray_test(limited, active)
-        limited.maxt = (along + half) * (1 + mi.math.RayEpsilon)
-        found = scene.ray_intersect_preliminary(limited, active=active)
-        return dr.select(found.is_valid(), found.t, limited.maxt), active
 
     def _advance(
         self,
@@ -261,3 +211,10 @@ class PureLightIntegrator(mi.SamplingIntegrator):
             spoilt=path.spoilt,
             active=onward & (brightest > 0) & survives,
         )
+
+
+def _any(active: mi.Bool, *segments: Segment) -> mi.Bool:
+    """Whether the path goes on or a shadow ray is still to be followed."""
+    for segment in segments:
+        active = active | segment.active
+    return active

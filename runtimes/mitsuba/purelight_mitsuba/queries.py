@@ -13,6 +13,8 @@ from purelight_mitsuba.lamps import Hit, Lamps, Place
 from purelight_mitsuba.luminaire import Luminaire
 from purelight_mitsuba.radiance_map import RadianceMap
 
+Answer = tuple[Any, Any, Any, Any]  # Direction, density, weight, spoilt answers.
+
 
 class Queries:
     """The networks of all lamps; each is evaluated only by packets with a lane that needs it.
@@ -82,47 +84,44 @@ class Queries:
         local = (place.point_to_local(p), place.direction_to_local(d))
         return self._each(place.asset, active, network, local, (mi.Float(0), mi.UInt32(0)))
 
-    def sample(
-        self, place: Place, p: mi.Point3f, u: mi.Point2f, active: mi.Bool
-    ) -> tuple[mi.Vector3f, mi.Float, mi.UInt32]:
-        """Draws a direction toward a lamp: direction in the world, density per solid angle."""
-
-        def network(luminaire: Luminaire, point: Any, u: Any) -> tuple[Any, ...]:
-            if not _learned(luminaire):
-                cap = _cap(luminaire, point)
-                return cap.direction(u), cap.pdf_solid_angle(), mi.UInt32(0)
-            toward, pdf = luminaire.network("sampler")(point, u)
-            direction, spoilt = _finite(mi.Vector3f(*toward))
-            density, spoilt_density = _finite(pdf.item())
-            return direction, dr.select(spoilt > 0, 0, density), spoilt | spoilt_density
-
-        zero = (mi.Vector3f(0, 0, 1), mi.Float(0), mi.UInt32(0))
-        local = (place.point_to_local(p), u)
-        toward, pdf, spoilt = self._each(place.asset, active, network, local, zero)
-        return place.direction_to_world(toward), pdf, spoilt
-
-    def sample_map(
+    def aim(
         self, place: Place, p: mi.Point3f, u: mi.Point2f, active: mi.Bool
     ) -> tuple[mi.Vector3f, mi.Float, mi.Color3f, mi.UInt32]:
-        """Draws a direction from the radiance map.
+        """Draws a direction toward a lamp.
 
         Returns:
-            Direction in the world, the uniform cap's density there (see `pdf_solid_angle`),
-            radiance over the density of the draw, and how many answers were spoilt.
+            The direction in the world, the density of `pdf_solid_angle` there, what to multiply
+            the lamp's radiance by (in fast mode the product itself), and how many answers were
+            spoilt.
         """
-
-        def network(luminaire: Luminaire, point: Any, u: Any) -> tuple[Any, ...]:
-            view = _cap(luminaire, point)
-            (cells,) = luminaire.network("fast_map")(point)
-            square, weight = RadianceMap(cells).sample(u)
-            weight, spoilt = _finite(weight / view.pdf_solid_angle())
-            pdf = view.pdf_solid_angle()
-            return view.direction(square), pdf, dr.select(view.outside, weight, 0), spoilt
-
+        function = self._from_map if self.fast else self._from_sampler
         zero = (mi.Vector3f(0, 0, 1), mi.Float(0), mi.Color3f(0), mi.UInt32(0))
         local = (place.point_to_local(p), u)
-        toward, pdf, weight, spoilt = self._each(place.asset, active, network, local, zero)
-        return place.direction_to_world(toward), pdf, weight * place.dimmer, spoilt
+        toward, pdf, weight, spoilt = self._each(place.asset, active, function, local, zero)
+        dimmer = place.dimmer if self.fast else 1
+        return place.direction_to_world(toward), pdf, weight * dimmer, spoilt
+
+    @staticmethod
+    def _from_sampler(luminaire: Luminaire, point: mi.Point3f, u: mi.Point2f) -> Answer:
+        if not _learned(luminaire):
+            view = _cap(luminaire, point)
+            toward, pdf, spoilt = view.direction(u), view.pdf_solid_angle(), mi.UInt32(0)
+        else:
+            columns, density = luminaire.network("sampler")(point, u)
+            toward, spoilt = _finite(mi.Vector3f(*columns))
+            pdf, spoilt_pdf = _finite(density.item())
+            pdf = dr.select(spoilt > 0, 0, pdf)
+            spoilt = spoilt | spoilt_pdf
+        return toward, pdf, mi.Color3f(dr.select(pdf > 0, 1 / pdf, 0)), spoilt
+
+    @staticmethod
+    def _from_map(luminaire: Luminaire, point: mi.Point3f, u: mi.Point2f) -> Answer:
+        view = _cap(luminaire, point)
+        pdf = view.pdf_solid_angle()
+        (cells,) = luminaire.network("fast_map")(point)
+        square, weight = RadianceMap(cells).sample(u)
+        weight, spoilt = _finite(dr.select(view.outside, weight / pdf, 0))
+        return view.direction(square), pdf, weight, spoilt
 
     def _each(
         self,

@@ -9,7 +9,7 @@ from typing import Any
 from purelight_mitsuba.platform import check_llvm
 
 NAME = "purelight"
-MODULES = ("emitter", "lamps", "stock", "integrator")
+MODULES = ("emitter", "lamps", "stock", "aimed", "integrator")
 EMITTER_PROPERTIES = ("filename", "to_world", "dimmer")
 _registered: list[str] = []
 

@@ -27,6 +27,10 @@ class StockEmitters:
     def __bool__(self) -> bool:
         return self._count > 0
 
+    def none(self) -> list[Segment]:
+        """As many shadow rays as `aim` returns, none of them active."""
+        return [Segment.none()] if self else []
+
     def aim(
         self,
         scene: mi.Scene,
@@ -35,10 +39,10 @@ class StockEmitters:
         path: Any,
         sampler: mi.Sampler,
         active: mi.Bool,
-    ) -> Segment:
-        """A shadow ray toward one of the emitters, clear of the room's surfaces."""
+    ) -> list[Segment]:
+        """Sends a shadow ray toward one of the emitters, clear of the room's surfaces."""
         if not self:
-            return Segment.none()
+            return []
         index, chance = self._choice.sample_pmf(sampler.next_1d(), active)
         emitter = dr.gather(mi.EmitterPtr, self._pointers, index, active)
         ds, light = emitter.sample_direction(si, sampler.next_2d(), active)
@@ -48,7 +52,7 @@ class StockEmitters:
         share = dr.select(ds.delta, 1, power(ds.pdf * chance, pdf)) / chance
         total = path.throughput * value * light * share
         ray = si.spawn_ray(ds.d)
-        return Segment.of(ray, ds.dist, total, active & (dr.max(total) > 0), 0)
+        return [Segment.of(ray, ds.dist, total, active & (dr.max(total) > 0), 0)]
 
     def hit(
         self, scene: mi.Scene, si: mi.SurfaceInteraction3f, path: Any, hide: bool

@@ -79,24 +79,28 @@ class Walk:
         self._lamps, self._queries = lamps, queries
 
     def __call__(
-        self, view: Segment, vertex: Vertex, stock: Segment | None, direct: Segment | None
+        self,
+        view: Segment,
+        vertex: Vertex,
+        stock: Sequence[Segment],
+        aimed: Sequence[Segment],
     ) -> tuple[mi.Color3f, mi.Color3f, mi.UInt32]:
         """Follows a path's own segment and the shadow rays of its last vertex.
 
         Arguments:
             view: Up to the room's next surface; sees every lamp on the way.
-            stock: Shadow ray to an emitter of Mitsuba's.
-            direct: Shadow ray to a lamp.
+            stock: Shadow rays to emitters of Mitsuba's.
+            aimed: Shadow rays to lamps.
 
         Returns:
             Light for the pixel, transmittance of the view segment, and how many answers of
             networks were spoilt.
         """
-        segments = [view, *(segment for segment in (stock, direct) if segment is not None)]
-        aimed = mi.UInt32(NONE if direct is None else len(segments) - 1)
+        segments = [view, *stock, *aimed]
+        first = 1 + len(stock)
 
         def body(now: Progress) -> tuple[Progress]:
-            return (self._step(now, _choose(segments, now.turn), vertex, aimed),)
+            return (self._step(now, _choose(segments, now.turn), vertex, first),)
 
         start = Progress(
             mi.UInt32(0), mi.Float(0), mi.UInt32(NONE), mi.UInt64(0), mi.Color3f(1), mi.Color3f(1),
@@ -107,15 +111,15 @@ class Walk:
         )
         return end.light, end.survived, end.spoilt
 
-    def _step(self, now: Progress, on: Segment, vertex: Vertex, aimed: mi.UInt32) -> Progress:
-        """Meets the next lamp of a segment, or ends the segment."""
+    def _step(self, now: Progress, on: Segment, vertex: Vertex, first: int) -> Progress:
+        """Meets the next lamp of a segment or ends it; aimed ones come from turn `first` on."""
         fast, viewing = self._queries.fast, now.turn == 0
         ray = mi.Ray3f(dr.fma(on.direction, now.start, on.origin), on.direction)
         ray.maxt = on.length - now.start
         hit = self._lamps.intersect(ray, on.active)
         place = self._lamps.place(hit.lamp, hit.valid)
         fresh = hit.valid & (hit.lamp != now.last) & ((now.passed & place.bit) == 0)
-        target = fresh & (now.turn == aimed) & (hit.lamp == on.lamp)
+        target = fresh & (now.turn >= first) & (hit.lamp == on.lamp)
         p = dr.fma(on.direction, now.start + hit.t, on.origin)
 
         shining = fresh & viewing if fast else (fresh & viewing) | target
@@ -133,7 +137,7 @@ class Walk:
             light = light + dr.select(end & on.active & ~viewing, through * on.weight, 0)
         else:
             end = end | target
-            stock = end & on.active & ~viewing & (now.turn != aimed)
+            stock = end & on.active & ~viewing & (now.turn < first)
             light = light + dr.select(stock, through * on.weight, 0)
         return Progress(
             turn=now.turn + dr.select(end, mi.UInt32(1), mi.UInt32(0)),
@@ -178,4 +182,4 @@ def _beyond(on: Segment, p: mi.Point3f, distance: mi.Float, place: Place) -> mi.
     off_axis = dr.squared_norm(dr.fma(on.direction, -along, offset))
     far = along + dr.safe_sqrt(dr.square(place.radius) - off_axis)
     onward = dr.select(place.bit == 0, dr.maximum(far, distance), distance)
-    return onward + (1 + dr.max(dr.abs(p))) * mi.math.RayEpsilon
+    return onward + (1 + onward + dr.max(dr.abs(p))) * mi.math.RayEpsilon
