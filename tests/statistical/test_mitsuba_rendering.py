@@ -222,3 +222,29 @@ def test_spoilt_answers_are_dark_and_counted(tmp_path: Path, mode: str) -> None:
         image = lamps.average(scene, integrator, spp=4, passes=1)
     assert np.isfinite(image).all()
     assert integrator.spoilt > 0
+
+
+def small_scene(bundle: Path, room_scale: float, lamp_scale: float) -> Any:
+    """The whole room scaled, and the lamp in it with the same power."""
+    size = T().scale(room_scale)
+    room = lamps.room()
+    for name in ("floor", "wall"):
+        room[name]["to_world"] = size @ room[name]["to_world"]
+    origin, target = np.array([2.2, 1.2, 1.4]) * room_scale, np.array([0, 0, 0.3]) * room_scale
+    clip = {"near_clip": 1e-3 * room_scale, "far_clip": 100 * room_scale}
+    room["sensor"] |= {"to_world": lamps.look_at(list(origin), list(target)), **clip}
+    to_world = size @ T().translate([0.1, 0.2, 0.3]).scale(lamp_scale)
+    return mi.load_dict(room | {"lamp": lamp(bundle, to_world, dimmer=1 / lamp_scale**2)})
+
+
+@pytest.mark.parametrize("mode", MODES)
+@pytest.mark.parametrize(("room_scale", "lamp_scale"), [(1e-3, 0.01), (1e3, 0.01), (1, 1e-3)])
+def test_sizes_from_millimetres_to_kilometres(
+    bundles: Path, mode: str, room_scale: float, lamp_scale: float
+) -> None:
+    settings = ours(mode, hide_emitters=True)
+    expected, found = (
+        lamps.average(small_scene(bundles / "ball.plux", *scales), settings, passes=2)
+        for scales in ((1, 0.01), (room_scale, lamp_scale))
+    )
+    np.testing.assert_allclose(found.mean((0, 1, 2)), expected.mean((0, 1, 2)), rtol=0.01)

@@ -50,7 +50,8 @@ class AimedLamps:
         path.spoilt = path.spoilt + spoilt
         value, pdf_bsdf = bsdf.eval_pdf(mi.BSDFContext(), si, si.to_local(toward), active)
         total = path.throughput * value * weight * (power(pdf * chance, pdf_bsdf) / chance)
-        ray = si.spawn_ray(toward)
+        # Toward the same point of the lamp, although the ray starts a little off the surface.
+        ray = si.spawn_ray_to(si.p + toward * dr.dot(place.centre - si.p, toward))
         useful = active & (pdf > 0) & (dr.max(total) > 0)
         length, free = self._reach(scene, place, ray, useful)
         return [Segment.of(ray, length, total, free, lamp)]

@@ -46,14 +46,13 @@ class Segment:
 
 @dataclass
 class Vertex:
-    """The vertex at which a view segment was sampled.
+    """How a view segment was sampled.
 
     Arguments:
         pdf: Density of the direction per solid angle.
         delta: Whether no other technique could have found the direction.
     """
 
-    p: mi.Point3f
     pdf: mi.Float
     delta: mi.Bool
 
@@ -157,7 +156,7 @@ class Walk:
         if self._lamps.dark:
             return mi.Float(1), mi.UInt32(0)
         compete = active & ~vertex.delta
-        pdf, spoilt = self._queries.pdf_solid_angle(place, vertex.p, on.direction, compete)
+        pdf, spoilt = self._queries.pdf_solid_angle(place, on.origin, on.direction, compete)
         pdf = pdf * self._lamps.probability(hit.lamp, compete)
         return dr.select(compete, power(vertex.pdf, pdf), 1), spoilt
 
