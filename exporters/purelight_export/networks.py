@@ -23,8 +23,8 @@ def appearance(student: Student, *, compact: bool = False) -> bytes:
     """position, normal, outgoing [N, 3] -> radiance [N, 3] in W/(m² sr)."""
     graph = Graph("appearance")
     log = graph.clip(_surface(graph, student, compact=compact), 0.0, MAX_LOG)
-    gain = (student.gain * student.channels).detach().cpu().double().numpy()
-    graph.output("radiance", (graph.exp(log) - 1.0) * (gain * student.radiance_scale))
+    gain = (student.gain.double() * student.scale * student.channels).cpu().numpy()
+    graph.output("radiance", (graph.exp(log) - 1.0) * gain)
     return graph.to_bytes()
 
 
@@ -77,8 +77,9 @@ def fast_map(network: FastMap, *, compact: bool = False) -> bytes:
         maps.append(mlp(graph, [one_hot], network.network))
     present = np.cumsum(channels > 0).clip(1) - 1
     log = graph.clip(graph.concat([maps[int(k)] for k in present]), 0.0, MAX_LOG)
-    gain = np.repeat(channels * network.gain.cpu().numpy() * network.radiance_scale, SIZE * SIZE)
-    radiance = graph.reshape((graph.exp(log) - 1.0) * gain, 3, SIZE, SIZE)
+    gain = (network.gain.double() * network.scale * network.channels).cpu().numpy()
+    scaled = (graph.exp(log) - 1.0) * np.repeat(gain, SIZE * SIZE)
+    radiance = graph.reshape(scaled, 3, SIZE, SIZE)
     graph.output("radiance_map", graph.channels_last(radiance))
     return graph.to_bytes()
 

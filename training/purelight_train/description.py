@@ -34,6 +34,17 @@ class Description:
     paths: int
     r_max: float = R_MAX
 
+    @property
+    def channel_scale(self) -> list[float]:
+        """Mean exitant radiance of each channel in W/(m² sr), what log1p divides by: [3].
+
+        One scale a channel makes the channels of a lamp of one colour the same task, so that its
+        hue survives where it is faint. Channels that are absent have the mean of the others.
+        """
+        present = [f for f in self.flux if f > 0]
+        mean = sum(present) / max(len(present), 1)
+        return [self.radiance_scale * (f / mean if f > 0 else 1.0) for f in self.flux]
+
     def to_dict(self) -> dict[str, Any]:
         """A JSON-ready form."""
         return asdict(self)

@@ -23,20 +23,17 @@ class FastMap(nn.Module):
 
     channels: Tensor
     gain: Tensor
-    weight: Tensor
+    scale: Tensor
 
     def __init__(self, description: Description, preset: Preset) -> None:
         super().__init__()
         self.encoding = PointEncoding(description, preset.point_grid)
         size = preset.fast_map_network
         self.network = MLP(self.encoding.size + 3, SIZE * SIZE, size.width, size.depth)
-        self.radiance_scale = description.radiance_scale
+        self.register_buffer("scale", torch.tensor(description.channel_scale), persistent=False)
         present = torch.tensor(description.channels, dtype=torch.float32)
         self.register_buffer("channels", present, persistent=False)
         self.register_buffer("gain", torch.ones(3))
-        flux = torch.tensor(description.flux)
-        weight = torch.where(flux > 0, flux.mean() / flux.clamp(min=1e-30), 0.0)
-        self.register_buffer("weight", weight, persistent=False)
 
     def raw(self, point: Tensor) -> Tensor:
         """log1p(radiance / scale) before clipping: [N, 3] -> [N, 256, 3]."""
@@ -51,13 +48,11 @@ class FastMap(nn.Module):
     def forward(self, point: Tensor) -> Tensor:
         """Radiance map in W/(m² sr): [N, 3] -> [N, 16, 16, 3]."""
         log = self.raw(point).clamp(0, MAX_LOG)
-        radiance = torch.expm1(log) * (self.radiance_scale * self.gain * self.channels)
+        radiance = torch.expm1(log) * (self.scale * self.gain * self.channels)
         return radiance.view(-1, SIZE, SIZE, 3)
 
     def loss(self, point: Tensor, radiance: Tensor) -> Tensor:
         """Mean square error of radiance / scale, as the paper: energy first, and unbiased.
-
-        Channels are weighted by their flux, so that a faint one is learned as well as a strong.
 
         Arguments:
             point: [N, 3].
@@ -65,7 +60,7 @@ class FastMap(nn.Module):
         """
         # Not clipped below: a cell that strayed under zero would have no gradient to come back
         value = torch.expm1(self.raw(point).clamp(max=MAX_LOG))
-        return (((value - radiance / self.radiance_scale) * self.weight) ** 2).mean()
+        return (((value - radiance / self.scale) * self.channels) ** 2).mean()
 
     @torch.no_grad()
     def close_power(self, point: Tensor, radiance: Tensor) -> None:

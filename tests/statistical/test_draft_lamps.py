@@ -1,0 +1,67 @@
+"""Two lamps trained at `draft` against what no network made; minutes each, so marked slow."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+pytestmark = pytest.mark.slow
+LAMPS = ("frosted_globe", "filament_bulb")
+
+
+@pytest.fixture(scope="module", params=LAMPS)
+def subject(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Any:
+    from benchmarks.__main__ import prepare
+
+    folder: Path = tmp_path_factory.mktemp("draft")
+    return prepare(request.param, folder, "draft")
+
+
+def test_flux_closes(subject: Any) -> None:
+    """Student over surface and hemisphere within 3% per channel; the IES file within 1%."""
+    from benchmarks.fidelity import flux
+
+    figures = flux(subject)
+    np.testing.assert_allclose(figures["student_over_traced"], 1, atol=0.03)
+    assert figures["ies_over_traced"] == pytest.approx(1, abs=0.01)
+
+
+def test_light_on_the_floor(subject: Any) -> None:
+    """Rendered irradiance 1 m below against light tracing, in both modes."""
+    from benchmarks.fidelity import irradiance
+
+    figures = irradiance(subject)
+    assert figures["truth_noise"] < 0.02
+    for mode, absolute, mean in (("accurate", 0.10, 0.02), ("fast", 0.15, 0.05)):
+        assert figures[mode]["mean_absolute_over_mean"] < absolute, figures
+        assert abs(figures[mode]["mean"]) < mean, figures
+
+
+def test_look_of_the_frosted_globe(subject: Any) -> None:
+    from benchmarks.fidelity import appearance
+
+    if "frosted" not in subject.scene.name:
+        pytest.skip("neither path nor particle tracing converges on the clear bulb")
+    figures = appearance(subject)["ptracer"]
+    assert figures["reference_noise"] < 0.12
+    assert figures["mape"] < 0.25
+    assert abs(figures["mean"]) < 0.03
+
+
+def test_sampler(subject: Any) -> None:
+    from benchmarks.fidelity import sampler
+
+    figures = sampler(subject)
+    assert figures["integral_error"] < 1e-3
+    assert figures["chi_square_least_p"] > figures["chi_square_threshold"]
+    assert figures["variance_factor_least"] > 2
+
+
+def test_mitsuba_and_onnx_runtimes_agree(subject: Any) -> None:
+    from benchmarks.fidelity import hosts
+
+    figures = hosts(subject)
+    assert max(figures[k] for k in ("appearance", "transparency", "fast_map")) < 1e-4
