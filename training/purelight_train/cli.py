@@ -43,7 +43,6 @@ def _train(arguments: argparse.Namespace) -> int:
     if device == "auto":
         device = "cuda" if torch.cuda.is_available() else "cpu"
     torch.set_num_threads(arguments.threads)
-    torch.set_float32_matmul_precision("medium" if device == "cpu" else "high")
     platform.use("llvm_ad_rgb" if device == "cpu" else "cuda_ad_rgb")
 
     from purelight_train.pipeline import start

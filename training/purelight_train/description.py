@@ -3,9 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from purelight_format.geometry import BoundingSphere
+
+if TYPE_CHECKING:  # they need Mitsuba, which an exporter does not
+    from purelight_train.exit_records import ExitRecords
+    from purelight_train.exit_surface import ExitSurface
 
 R_MAX = 15.0
 
@@ -33,6 +39,22 @@ class Description:
     exit_area: float
     paths: int
     r_max: float = R_MAX
+
+    @staticmethod
+    def of(records: ExitRecords, surface: ExitSurface) -> Description:
+        """Describe the lamp whose light was recorded."""
+        present = np.array(records.channels)
+        r, g, b = (float(f) for f in records.flux)
+        error_r, error_g, error_b = (float(f) for f in records.flux_error)
+        return Description(
+            sphere=surface.sphere,
+            flux=(r, g, b),
+            flux_error=(error_r, error_g, error_b),
+            radiance_scale=float(records.flux[present].mean() / (np.pi * surface.area)),
+            channels=records.channels,
+            exit_area=surface.area,
+            paths=records.paths,
+        )
 
     @property
     def channel_scale(self) -> list[float]:

@@ -106,3 +106,19 @@ def settle(records: ExitRecords, surface: ExitSurface) -> tuple[ExitRecords, NDA
         records.paths, records.dropped,
     )  # fmt: skip
     return settled.take(keep), triangle[keep]
+
+
+def triangle_flux(records: ExitRecords, triangle: NDArray[np.int64], triangles: int) -> Float:
+    """Power that leaves each triangle in W per channel: [triangles, 3]."""
+    flux = np.zeros((triangles, 3))
+    on = triangle >= 0
+    np.add.at(flux, triangle[on], records.weight[on].astype(np.float64) / records.paths)
+    return flux.astype(np.float32)
+
+
+def escaped_part(records: ExitRecords, count: int) -> tuple[Float, Float]:
+    """Directions and weights of the first `count` records, scaled to carry the whole flux."""
+    part = records.take(slice(count))
+    total = part.weight.sum(0, dtype=np.float64)
+    scale = np.divide(records.flux, total, out=np.zeros(3), where=total > 0)
+    return part.direction, (part.weight * scale).astype(np.float32)

@@ -109,8 +109,10 @@ class RunDirectory:
         """Whether the network of that name is trained."""
         return self.tensor_file(name).is_file()
 
-    def save(self, name: str, module: nn.Module) -> None:
-        """Store a trained network."""
+    def save(self, name: str, module: nn.Module, record: dict[str, Any]) -> None:
+        """Store a trained network, and beside it how its training went."""
+        self.tensor_file(name).parent.mkdir(parents=True, exist_ok=True)
+        self.write_json(f"networks/{name}.json", record)
         self.save_tensors(self.tensor_file(name), module.state_dict())
 
     def load(self, name: str, module: nn.Module) -> None:
