@@ -92,7 +92,7 @@ DRAFT = Preset(
     point_grid=GridSize(3, 4, 4, 16, 1 << 13),
     sampler_flow=FlowSize(2, MLPSize(32, 2), 16),
     sampler=Optimisation(800, 1 << 14, 4e-3),
-    fast_map_network=MLPSize(64, 3),
+    fast_map_network=MLPSize(32, 3),
     fast_map=Optimisation(2000, 1 << 8, 3e-3),
 )
 
