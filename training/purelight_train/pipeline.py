@@ -192,7 +192,10 @@ class Training:
                 self.held_out,
                 self._rng("metrics"),
             ),
-            "seconds": {k: v["seconds"] for k, v in stages.items()},
+            "seconds": {
+                **{k: round(v, 2) for k, v in self.seconds.items()},
+                **{k: v["seconds"] for k, v in stages.items()},
+            },
             "losses": {k: v["losses"] for k, v in stages.items()},
             "skipped_steps": {k: v["skipped"] for k, v in stages.items()},
         }
