@@ -131,5 +131,5 @@ def run_directory(
     kinds = {"student": Student, "transparency": Transparency, "sampler": Sampler,
              "fast_map": FastMap}  # fmt: skip
     for name, kind in kinds.items():
-        run.save(name, wild(kind, description, preset))
+        run.save(name, wild(kind, description, preset), {})
     return run.path
