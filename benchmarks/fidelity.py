@@ -18,9 +18,10 @@ from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from purelight_format import geometry
+from purelight_format.color import LUMINANCE
 from purelight_onnx.luminaire import Luminaire
 from purelight_train import preview, truth
-from purelight_train.cap_samples import LUMINANCE, look, shading_points
+from purelight_train.cap_samples import look, shading_points
 from purelight_train.description import Description
 from purelight_train.exit_surface import ExitSurface
 from purelight_train.flux_closure import surface_flux

@@ -12,8 +12,9 @@ from purelight_examples.rendering import Image, errors
 from purelight_examples.report import Grade, Row, Shot, Table, Wipe, heat, write_page
 from purelight_examples.stages import Record, duration
 from purelight_format import atomic
+from purelight_format.color import LUMINANCE
 from purelight_format.manifest import Manifest
-from purelight_onnx.picture import LUMINANCE, png
+from purelight_onnx.picture import png
 
 METHODS = {
     "path": "Path tracing, same time",

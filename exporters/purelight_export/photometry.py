@@ -11,8 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from purelight_format.color import LUMINANCE
+
 LUMENS_PER_WATT = 683.0
-LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 LINE_WIDTH = 100
 SIMULATION = "1.00010"
 

@@ -10,6 +10,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
+from purelight_format.color import LUMINANCE
 from purelight_train import geometry
 from purelight_train.description import Description
 from purelight_train.exit_surface import ExitSurface
@@ -19,7 +20,6 @@ Float = NDArray[np.float32]
 Radiance = Callable[[Float, Float, Float], Float]
 CELLS = SIZE * SIZE
 POINT_BATCH = 1 << 11
-LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 
 
 def shading_points(description: Description, count: int, rng: np.random.Generator) -> Float:

@@ -29,8 +29,8 @@ def trace_paths(scene: Any, sampler: Any) -> tuple[Any, ...]:
     normals are corrected for (Veach 1997, p. 155), as in Mitsuba's `ptracer`.
 
     Returns:
-        position, geometric normal, direction, weight (W), whether it escaped, and whether it left
-        a surface at all (light straight from a point emitter has none).
+        position, geometric normal, direction, weight (W), whether it escaped, and the number of
+        scattering vertices (none for light straight from an emitter).
     """
     context = mi.BSDFContext(mi.TransportMode.Importance)
     ray, weight, _ = scene.sample_emitter_ray(

@@ -23,7 +23,6 @@ class Student(SurfaceNetwork):
     """
 
     scale: Tensor
-
     gain: Tensor
     channels: Tensor
 

@@ -9,12 +9,12 @@ import mitsuba as mi
 import numpy as np
 
 from purelight_format.bundle import Bundle
+from purelight_format.color import LUMINANCE
 from purelight_format.errors import PureLightError
 from purelight_format.geometry import BoundingSphere
 from purelight_format.surface import Surface
 from purelight_mitsuba.fused import FusedNetwork
 
-LUMINANCE = np.array([0.212671, 0.715160, 0.072169])
 Key = tuple[str, int, int]
 
 

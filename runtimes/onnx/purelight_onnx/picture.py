@@ -11,8 +11,7 @@ import OpenEXR
 from PIL import Image
 
 from purelight_format import atomic
-
-LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
+from purelight_format.color import LUMINANCE
 
 
 def write_exr(path: Path, image: np.ndarray, *, half: bool = False) -> None:

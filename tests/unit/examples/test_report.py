@@ -14,9 +14,10 @@ from PIL import Image as Pillow
 from purelight_examples import demo_report
 from purelight_examples.report import Grade, Row, Shot, Table, heat, write_page
 from purelight_examples.stages import Record
+from purelight_format.color import LUMINANCE
 from purelight_format.geometry import BoundingSphere
 from purelight_format.manifest import Manifest, NetworkInfo
-from purelight_onnx.picture import LUMINANCE, write_exr
+from purelight_onnx.picture import write_exr
 
 FLUX = (3.0, 1.2, 0.3)
 
