@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 from tqdm import tqdm
 
-from purelight_export.golden import golden_vectors
 from purelight_export.parts import CHOICES, Part, make_parts, require_agreement
 from purelight_export.photometry import Intensity, ies_file, intensity, unit_ies_file
 from purelight_format import atomic, bundle, usd_asset
+from purelight_format.conformance.golden import golden_vectors
 from purelight_format.errors import PureLightError
 from purelight_format.manifest import Manifest, NetworkInfo
 from purelight_format.members import PHOTOMETRY, PREVIEW

@@ -11,7 +11,13 @@ import torch
 from torch import nn
 
 from purelight_export import networks
-from purelight_export.probes import Arrays, pdf_probes, points, sampler_probes, surface_probes
+from purelight_format.conformance.probes import (
+    Arrays,
+    pdf_probes,
+    points,
+    sampler_probes,
+    surface_probes,
+)
 from purelight_format.errors import PureLightError
 from purelight_onnx.session import Session
 from purelight_train.description import Description

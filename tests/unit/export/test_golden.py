@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from purelight_export import networks, probes
-from purelight_export.golden import COUNT, FLOOR, golden_vectors
+from purelight_export import networks
 from purelight_export.graph import Graph
+from purelight_format.conformance import probes
+from purelight_format.conformance.golden import COUNT, FLOOR, golden_vectors
 from purelight_format.errors import PureLightError
 from purelight_onnx.session import Session
 from purelight_train.description import Description

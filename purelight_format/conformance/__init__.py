@@ -1,0 +1,1 @@
+"""The conformance suite: vectors for every host, and the command that puts them to one."""
