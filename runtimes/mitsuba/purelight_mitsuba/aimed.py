@@ -2,15 +2,37 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import drjit as dr
 import mitsuba as mi
 
-from purelight_mitsuba.cap import INSIDE
 from purelight_mitsuba.lamps import Lamps, Place
 from purelight_mitsuba.queries import Queries
-from purelight_mitsuba.walk import Segment, power
+from purelight_mitsuba.surface_sampler import share
+from purelight_mitsuba.walk import ANY, NONE, Segment, power
+
+
+@dataclass
+class Aim:
+    """Where shadow rays lead.
+
+    Arguments:
+        target: A point on them.
+        toward: Unit direction to it.
+        pdf: Its density per solid angle.
+        weight: What to multiply the lamp's radiance by, or the product if `facet` is NONE.
+        facet: As in `Segment`.
+        spoilt: How many answers of networks were spoilt.
+    """
+
+    target: mi.Point3f
+    toward: mi.Vector3f
+    pdf: mi.Float
+    weight: mi.Color3f
+    facet: mi.UInt32
+    spoilt: mi.UInt32
 
 
 class AimedLamps:
@@ -18,6 +40,9 @@ class AimedLamps:
 
     Each vertex picks one lamp by its power. Its direction comes from the sampler, and its light is
     the appearance network's where the ray meets the lamp; in fast mode the radiance map gives both.
+    Inside the bounding sphere, and sometimes shortly outside, a point of the exit surface gives the
+    direction instead: `share` of the vertices at one place do so, and light that the BSDF finds is
+    weighed against both ways in the same proportion.
 
     Arguments:
         lamps: The lamps of the scene, not all dark.
@@ -40,33 +65,64 @@ class AimedLamps:
         sampler: mi.Sampler,
         active: mi.Bool,
     ) -> list[Segment]:
-        """Sends a shadow ray toward a lamp; points inside its bounding sphere send none."""
+        """Sends a shadow ray toward a lamp."""
         if self._lamps.dark:
             return []
         lamp, chance = self._lamps.pick(sampler.next_1d(), active)
         place = self._lamps.place(lamp, active)
-        active = active & (dr.norm(place.centre - si.p) > place.radius * INSIDE)
-        toward, pdf, weight, spoilt = self._queries.aim(place, si.p, sampler.next_2d(), active)
-        path.spoilt = path.spoilt + spoilt
-        value, pdf_bsdf = bsdf.eval_pdf(mi.BSDFContext(), si, si.to_local(toward), active)
-        total = path.throughput * value * weight * (power(pdf * chance, pdf_bsdf) / chance)
+        near = active & (sampler.next_1d() < share(place.radii(si.p)))
+        choice, u = sampler.next_2d(), sampler.next_2d()
+        aim = self._by_network(place, si, u, active & ~near)
+        aim = dr.select(near, self._by_surface(place, si, choice, u, near), aim)
+        path.spoilt = path.spoilt + aim.spoilt
+        value, pdf_bsdf = bsdf.eval_pdf(mi.BSDFContext(), si, si.to_local(aim.toward), active)
+        total = path.throughput * value * aim.weight * (power(aim.pdf * chance, pdf_bsdf) / chance)
         # Toward the same point of the lamp, although the ray starts a little off the surface.
-        ray = si.spawn_ray_to(si.p + toward * dr.dot(place.centre - si.p, toward))
-        useful = active & (pdf > 0) & (dr.max(total) > 0)
-        length, free = self._reach(scene, place, ray, useful)
-        return [Segment.of(ray, length, total, free, lamp)]
+        ray = si.spawn_ray_to(aim.target)
+        useful = active & (aim.pdf > 0) & (dr.max(total) > 0)
+        length, open = self._reach(scene, place, ray, useful)
+        known = aim.facet == NONE
+        return [
+            Segment.of(ray, length, total, useful, lamp=lamp, facet=aim.facet, open=known & open)
+        ]
+
+    def _by_network(
+        self, place: Place, si: mi.SurfaceInteraction3f, u: mi.Point2f, active: mi.Bool
+    ) -> Aim:
+        """A direction of the sampler's, or of the radiance map's."""
+        toward, pdf, weight, spoilt = self._queries.aim(place, si.p, u, active)
+        target = mi.Point3f(si.p + toward * dr.dot(place.centre - si.p, toward))
+        facet = mi.UInt32(NONE if self._queries.fast else ANY)
+        return Aim(target, toward, pdf, weight, facet, spoilt)
+
+    def _by_surface(
+        self,
+        place: Place,
+        si: mi.SurfaceInteraction3f,
+        choice: mi.Point2f,
+        u: mi.Point2f,
+        active: mi.Bool,
+    ) -> Aim:
+        """A point of the exit surface; its light counts if the ray meets its triangle first."""
+        drawn = self._lamps.surface.sample(place.asset, choice, u, active)
+        target = place.point_to_world(drawn.position)
+        ray = si.spawn_ray_to(target)
+        offset = place.direction_to_local(mi.Vector3f(target - ray.o) / place.scale)
+        pdf = self._lamps.surface.pdf_solid_angle(
+            place.asset, drawn.facet, drawn.normal, offset, active
+        )
+        weight = mi.Color3f(dr.select(pdf > 0, 1 / pdf, 0))
+        return Aim(target, ray.d, pdf, weight, drawn.facet, mi.UInt32(0))
 
     def _reach(
         self, scene: mi.Scene, place: Place, ray: mi.Ray3f, active: mi.Bool
     ) -> tuple[mi.Float, mi.Bool]:
-        """How far a shadow ray goes in the room, and whether that may reach the lamp."""
+        """How far a shadow ray goes in the room, and whether it passes the lamp's centre."""
         along = dr.dot(place.centre - ray.o, ray.d)
         off_axis = dr.squared_norm(dr.fma(ray.d, -along, place.centre - ray.o))
         half = dr.safe_sqrt(dr.square(place.radius) - off_axis)
         limited = mi.Ray3f(ray)
-        if self._queries.fast:
-            limited.maxt = along - half
-            return limited.maxt, active & ~scene.ray_test(limited, active)
         limited.maxt = (along + half) * (1 + mi.math.RayEpsilon)
         found = scene.ray_intersect_preliminary(limited, active=active)
-        return dr.select(found.is_valid(), found.t, limited.maxt), active
+        length = dr.select(found.is_valid(), found.t, limited.maxt)
+        return length, length > along

@@ -153,8 +153,8 @@ class PureLightIntegrator(mi.SamplingIntegrator):
         if parts.walk is not None:
             length = dr.select(si.is_valid(), si.t, dr.largest(mi.Float))
             visible = path.active & ~(self.hide_emitters & (path.depth == 0))
-            view = Segment.of(path.ray, length, path.throughput, visible, 0)
-            vertex = Vertex(path.pdf, path.delta)
+            view = Segment.of(path.ray, length, path.throughput, visible)
+            vertex = Vertex(path.previous.p, path.pdf, path.delta)
             light, through, spoilt = parts.walk(view, vertex, stock, aimed)
             path.throughput = path.throughput * through
             path.spoilt = path.spoilt + spoilt

@@ -12,6 +12,7 @@ import numpy as np
 from purelight_format.errors import PureLightError
 from purelight_mitsuba.emitter import PureLightEmitter
 from purelight_mitsuba.luminaire import Luminaire
+from purelight_mitsuba.surface_sampler import SurfaceSampler
 
 COLUMNS = 5  # Packets of four floats per lamp.
 OVERLAPPING = 64  # Bits of the mask in which a ray notes the overlapping lamps it has passed.
@@ -25,12 +26,14 @@ class Hit:
         valid: Whether they do.
         t: Distance.
         lamp: Index of the lamp.
+        facet: Index of the triangle, counted within the lamp.
         normal: Geometric unit normal in the luminaire frame, either side.
     """
 
     valid: mi.Bool
     t: mi.Float
     lamp: mi.UInt32
+    facet: mi.UInt32
     normal: mi.Normal3f
 
 
@@ -63,6 +66,14 @@ class Place:
     def point_to_local(self, p: mi.Point3f) -> mi.Point3f:
         return mi.Point3f(self.direction_to_local(mi.Vector3f(p - self.translation)) / self.scale)
 
+    def point_to_world(self, p: mi.Point3f) -> mi.Point3f:
+        turned = self.direction_to_world(mi.Vector3f(p))
+        return mi.Point3f(dr.fma(turned, self.scale, self.translation))
+
+    def radii(self, p: mi.Point3f) -> mi.Float:
+        """How many radii a point is away from the centre."""
+        return dr.norm(p - self.centre) / self.radius
+
 
 class Lamps:
     """The lamps of a scene on the device.
@@ -76,6 +87,7 @@ class Lamps:
 
     Attributes:
         luminaires: The different bundles among them.
+        surface: Draws points of their exit surfaces; counts them as `luminaires`.
         single: Whether there is only one lamp.
         dark: Whether no lamp shines.
     """
@@ -84,7 +96,10 @@ class Lamps:
         self.single = len(emitters) == 1
         self.luminaires: list[Luminaire] = list(dict.fromkeys(e.luminaire for e in emitters))
         self._scene = _scene(emitters, room)
+        self.surface = SurfaceSampler([luminaire.surface for luminaire in self.luminaires])
         self._facets = _device(_facets(emitters))
+        counts = [len(e.luminaire.surface.triangles) for e in emitters]
+        self._first = mi.UInt32(np.cumsum([0, *counts[:-1]]))
         self._places = _device(_places(emitters, self.luminaires))
         power = [e.level * e.luminaire.power * e.placement.scale**2 for e in emitters]
         self.dark = sum(power) <= 0
@@ -95,7 +110,10 @@ class Lamps:
         found = self._scene.ray_intersect_preliminary(ray, active=active)
         valid = active & found.is_valid()
         facet = dr.gather(mi.Vector4f, self._facets, found.prim_index, valid)
-        return Hit(valid, found.t, mi.UInt32(facet.w), mi.Normal3f(facet.x, facet.y, facet.z))
+        lamp = mi.UInt32(facet.w)
+        first = dr.gather(mi.UInt32, self._first, lamp, valid)
+        normal = mi.Normal3f(facet.x, facet.y, facet.z)
+        return Hit(valid, found.t, lamp, found.prim_index - first, normal)
 
     def place(self, lamp: mi.UInt32, active: mi.Bool) -> Place:
         """Looks up where lamps hang."""

@@ -52,7 +52,7 @@ class StockEmitters:
         share = dr.select(ds.delta, 1, power(ds.pdf * chance, pdf)) / chance
         total = path.throughput * value * light * share
         ray = si.spawn_ray(ds.d)
-        return [Segment.of(ray, ds.dist, total, active & (dr.max(total) > 0), 0)]
+        return [Segment.of(ray, ds.dist, total, active & (dr.max(total) > 0), open=True)]
 
     def hit(
         self, scene: mi.Scene, si: mi.SurfaceInteraction3f, path: Any, hide: bool

@@ -10,8 +10,10 @@ import mitsuba as mi
 
 from purelight_mitsuba.lamps import Hit, Lamps, Place
 from purelight_mitsuba.queries import Queries
+from purelight_mitsuba.surface_sampler import share
 
 NONE = 0xFFFFFFFF
+ANY = 0xFFFFFFFE
 
 
 @dataclass
@@ -21,7 +23,9 @@ class Segment:
     Arguments:
         weight: What light along it is worth to the pixel. A shadow ray's weight includes the
             light at its end, except toward a lamp whose radiance is only known on its surface.
-        lamp: The lamp a shadow ray leads to.
+        lamp: The lamp a shadow ray leads to, or NONE.
+        facet: The triangle of the lamp whose light counts, or ANY; NONE if its light is known.
+        open: Whether the known light arrives although no lamp is met.
     """
 
     origin: mi.Point3f
@@ -29,19 +33,31 @@ class Segment:
     length: mi.Float
     weight: mi.Color3f
     lamp: mi.UInt32
+    facet: mi.UInt32
+    open: mi.Bool
     active: mi.Bool
 
     @staticmethod
     def of(
-        ray: mi.Ray3f, length: mi.Float, weight: mi.Color3f, active: mi.Bool, lamp: int | mi.UInt32
+        ray: mi.Ray3f,
+        length: mi.Float,
+        weight: mi.Color3f,
+        active: mi.Bool,
+        *,
+        lamp: int | mi.UInt32 = NONE,
+        facet: int | mi.UInt32 = NONE,
+        open: bool | mi.Bool = False,
     ) -> Segment:
-        return Segment(ray.o, ray.d, length, weight, mi.UInt32(lamp), mi.Bool(active))
+        return Segment(
+            ray.o, ray.d, length, weight, mi.UInt32(lamp), mi.UInt32(facet), mi.Bool(open),
+            mi.Bool(active),
+        )  # fmt: skip
 
     @staticmethod
     def none() -> Segment:
         """A segment that is never walked."""
         zero = mi.Color3f(0)
-        return Segment.of(dr.zeros(mi.Ray3f), mi.Float(0), zero, mi.Bool(False), NONE)
+        return Segment.of(dr.zeros(mi.Ray3f), mi.Float(0), zero, mi.Bool(False))
 
 
 @dataclass
@@ -49,10 +65,12 @@ class Vertex:
     """How a view segment was sampled.
 
     Arguments:
+        point: Where it begins.
         pdf: Density of the direction per solid angle.
         delta: Whether no other technique could have found the direction.
     """
 
+    point: mi.Point3f
     pdf: mi.Float
     delta: mi.Bool
 
@@ -96,10 +114,9 @@ class Walk:
             networks were spoilt.
         """
         segments = [view, *stock, *aimed]
-        first = 1 + len(stock)
 
         def body(now: Progress) -> tuple[Progress]:
-            return (self._step(now, _choose(segments, now.turn), vertex, first),)
+            return (self._step(now, _choose(segments, now.turn), vertex),)
 
         start = Progress(
             mi.UInt32(0), mi.Float(0), mi.UInt32(NONE), mi.UInt64(0), mi.Color3f(1), mi.Color3f(1),
@@ -110,37 +127,36 @@ class Walk:
         )
         return end.light, end.survived, end.spoilt
 
-    def _step(self, now: Progress, on: Segment, vertex: Vertex, first: int) -> Progress:
-        """Meets the next lamp of a segment or ends it; aimed ones come from turn `first` on."""
-        fast, viewing = self._queries.fast, now.turn == 0
+    def _step(self, now: Progress, on: Segment, vertex: Vertex) -> Progress:
+        """Meets the next lamp of a segment or ends it."""
+        viewing = now.turn == 0
         ray = mi.Ray3f(dr.fma(on.direction, now.start, on.origin), on.direction)
         ray.maxt = on.length - now.start
         hit = self._lamps.intersect(ray, on.active)
         place = self._lamps.place(hit.lamp, hit.valid)
         fresh = hit.valid & (hit.lamp != now.last) & ((now.passed & place.bit) == 0)
-        target = fresh & (now.turn >= first) & (hit.lamp == on.lamp)
-        p = dr.fma(on.direction, now.start + hit.t, on.origin)
+        target = fresh & (hit.lamp == on.lamp)
+        distance = now.start + hit.t
+        p = dr.fma(on.direction, distance, on.origin)
+        seen = target & ((on.facet == ANY) | (on.facet == hit.facet))
 
-        shining = fresh & viewing if fast else (fresh & viewing) | target
+        shining = (fresh & viewing) | seen
         radiance, spoilt = self._queries.radiance(place, hit, p, on.direction, shining)
-        share, spoilt_pdf = self._share(on, place, hit, vertex, shining & viewing)
-        gained = now.through * on.weight * radiance * share
-        light = now.light + dr.select(shining, gained, 0)
+        part, spoilt_pdf = self._part(on, distance, place, hit, vertex, shining & viewing)
+        arriving = now.through * on.weight
+        light = now.light + dr.select(shining, arriving * radiance * part, 0)
+        light = light + dr.select(target & (on.facet == NONE), arriving, 0)
         blocking, spoilt_through = self._queries.transmittance(
             place, hit, p, on.direction, fresh & ~target
         )
         through = now.through * blocking
 
-        end = ~(hit.valid & (dr.max(through) > 0)) | self._lamps.single
-        if fast:
-            light = light + dr.select(end & on.active & ~viewing, through * on.weight, 0)
-        else:
-            end = end | target
-            stock = end & on.active & ~viewing & (now.turn < first)
-            light = light + dr.select(stock, through * on.weight, 0)
+        end = ~(hit.valid & (dr.max(through) > 0)) | target | self._lamps.single
+        arrives = end & ~target & on.active & on.open
+        light = light + dr.select(arrives, through * on.weight, 0)
         return Progress(
             turn=now.turn + dr.select(end, mi.UInt32(1), mi.UInt32(0)),
-            start=dr.select(end, 0, _beyond(on, p, now.start + hit.t, place)),
+            start=dr.select(end, 0, _beyond(on, p, distance, place)),
             last=dr.select(end, mi.UInt32(NONE), hit.lamp),
             passed=dr.select(end, mi.UInt64(0), now.passed | place.bit),
             through=dr.select(end, 1, through),
@@ -149,16 +165,32 @@ class Walk:
             spoilt=now.spoilt + spoilt + spoilt_pdf + spoilt_through,
         )
 
-    def _share(
-        self, on: Segment, place: Place, hit: Hit, vertex: Vertex, active: mi.Bool
+    def _part(
+        self,
+        on: Segment,
+        distance: mi.Float,
+        place: Place,
+        hit: Hit,
+        vertex: Vertex,
+        active: mi.Bool,
     ) -> tuple[mi.Float, mi.UInt32]:
         """The weight of finding a lamp by the BSDF, against aiming at it."""
         if self._lamps.dark:
             return mi.Float(1), mi.UInt32(0)
         compete = active & ~vertex.delta
-        pdf, spoilt = self._queries.pdf_solid_angle(place, on.origin, on.direction, compete)
-        pdf = pdf * self._lamps.probability(hit.lamp, compete)
-        return dr.select(compete, power(vertex.pdf, pdf), 1), spoilt
+        near = share(place.radii(vertex.point))
+        pdf, spoilt = self._queries.pdf_solid_angle(
+            place, on.origin, on.direction, compete & (near < 1)
+        )
+        toward = place.direction_to_local(on.direction * (distance / place.scale))
+        pdf_surface = self._lamps.surface.pdf_solid_angle(
+            place.asset, hit.facet, hit.normal, toward, compete & (near > 0)
+        )
+        chance = self._lamps.probability(hit.lamp, compete)
+        part = dr.lerp(
+            power(vertex.pdf, pdf * chance), power(vertex.pdf, pdf_surface * chance), near
+        )
+        return dr.select(compete, part, 1), spoilt
 
 
 def power(a: mi.Float, b: mi.Float) -> mi.Float:
