@@ -26,7 +26,8 @@ class ExitRecords:
         weight: [N, 3] path weights f/q in W per channel; their sum over `paths` is the flux.
         bare: [N] light that came straight from an emitter, without a scattering vertex.
         paths: number of emitted paths.
-        dropped: escaped paths left out because a value was not finite.
+        dropped: paths left out because a value was not finite.
+        cut: paths ended early because they were too long.
     """
 
     position: Float
@@ -36,6 +37,7 @@ class ExitRecords:
     bare: NDArray[np.bool_]
     paths: int
     dropped: int = 0
+    cut: int = 0
 
     def __len__(self) -> int:
         return len(self.position)
@@ -61,7 +63,7 @@ class ExitRecords:
         """The records at `index`, with `paths` unchanged."""
         return ExitRecords(
             self.position[index], self.normal[index], self.direction[index],
-            self.weight[index], self.bare[index], self.paths, self.dropped,
+            self.weight[index], self.bare[index], self.paths, self.dropped, self.cut,
         )  # fmt: skip
 
     @staticmethod
@@ -75,6 +77,7 @@ class ExitRecords:
             np.concatenate([p.bare for p in parts]),
             sum(p.paths for p in parts),
             sum(p.dropped for p in parts),
+            sum(p.cut for p in parts),
         )
 
 
@@ -88,7 +91,7 @@ def settle(records: ExitRecords, surface: ExitSurface) -> tuple[ExitRecords, NDA
 
     Returns:
         the records kept, and their triangle [N], -1 where the view back meets another place
-        (analytic shapes are tessellated; null surfaces are not seen through).
+        (analytic shapes are tessellated).
     """
     reach = 3 * surface.sphere.radius
     hits = surface.intersect(records.position + reach * records.direction, -records.direction)
@@ -103,7 +106,7 @@ def settle(records: ExitRecords, surface: ExitSurface) -> tuple[ExitRecords, NDA
     keep = np.flatnonzero(~records.bare | (triangle >= 0))
     settled = ExitRecords(
         records.position, normal, records.direction, records.weight, records.bare,
-        records.paths, records.dropped,
+        records.paths, records.dropped, records.cut,
     )  # fmt: skip
     return settled.take(keep), triangle[keep]
 

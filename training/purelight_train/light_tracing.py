@@ -6,6 +6,7 @@ weight f/q. Their mean over all emitted paths is the flux.
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
 from typing import Any
 
@@ -14,70 +15,97 @@ import mitsuba as mi
 import numpy as np
 
 from purelight_format.errors import PureLightError
+from purelight_train.emission import Emission
 from purelight_train.exit_records import ExitRecords
+from purelight_train.media import Media
+from purelight_train.rays import leave, scene_extent
+from purelight_train.scattering import is_one_way, scatter
 
 MAX_DEPTH = 256
+MAX_EVENTS = 1 << 14  # surfaces and collisions with media together
 ROULETTE_DEPTH = 8
 BATCH = 1 << 20
+ABSORBED, ESCAPED, BROKEN, CUT = range(4)  # fates of a path; broken: a value not finite
+
+
+class Lamp:
+    """What the paths of a lamp need of its scene, found once.
+
+    Not a dataclass, which Dr.Jit's loops would take for their state; neither is `Media`.
+    """
+
+    def __init__(self, scene: Any) -> None:
+        self.scene = scene
+        self.extent = dr.opaque(mi.Float, scene_extent(scene))
+        self.emission = Emission.of(scene, self.extent)
+        self.media = Media(scene, scattering=True)
+        self.one_way = is_one_way(scene)
 
 
 @dr.syntax
-def trace_paths(scene: Any, sampler: Any) -> tuple[Any, ...]:
+def trace_paths(lamp: Lamp, sampler: Any) -> tuple[Any, ...]:
     """One wavefront of paths from the emitters.
 
-    Light carries importance, so dielectrics conserve its power without an eta² factor. Shading
-    normals are corrected for (Veach 1997, p. 155), as in Mitsuba's `ptracer`.
+    The exit point is the last surface of any kind, the first that a viewer meets: light that
+    passes a mask or thin glass straight is seen there.
 
     Returns:
-        position, geometric normal, direction, weight (W), whether it escaped, and the number of
-        scattering vertices (none for light straight from an emitter).
+        position, geometric normal, direction, weight (W), fate, and the number of surfaces met
+        (none for light straight from an emitter).
     """
-    context = mi.BSDFContext(mi.TransportMode.Importance)
-    ray, weight, _ = scene.sample_emitter_ray(
-        mi.Float(0), sampler.next_1d(), sampler.next_2d(), sampler.next_2d(), True
-    )
+    ray, emitter, weight = lamp.emission.sample(sampler)
     emitted = dr.max(weight)
+    medium = lamp.media.around(emitter)
     position, normal = mi.Point3f(ray.o), dr.zeros(mi.Normal3f)
-    depth = mi.UInt32(0)
+    depth, events = mi.UInt32(0), mi.UInt32(0)
+    fate = dr.select(dr.isfinite(emitted), mi.UInt32(ABSORBED), BROKEN)
     active = emitted > 0
-    escaped = mi.Bool(False)
     while active:
-        si = scene.ray_intersect(ray, mi.RayFlags.All, coherent=False)
-        escaped |= active & ~si.is_valid()
-        active &= si.is_valid()
-        # Scatter, with the adjoint correction for shading normals
-        bsdf = si.bsdf(ray)
-        sample, value = bsdf.sample(
-            context, si, sampler.next_1d(active), sampler.next_2d(active), active
+        si = lamp.scene.ray_intersect(ray, mi.RayFlags.All, coherent=False, active=active)
+        flight = lamp.media.fly(medium, ray, si.t, weight, sampler, active)
+        met = active & ~flight.collided
+        fate = dr.select(met & ~si.is_valid(), ESCAPED, fate)
+        weight = dr.select(active, flight.weight, weight)
+        met &= si.is_valid()
+        # A surface: scatter, and remember it as the exit so far
+        direction, factor, _ = scatter(si, ray, sampler, met, exact=lamp.one_way)
+        weight = dr.select(met, weight * factor, weight)
+        position = dr.select(met, si.p, position)
+        normal = dr.select(met, si.n, normal)
+        medium = lamp.media.behind(si, direction, medium, met)
+        next_ray = leave(si.p, si.n, direction, lamp.extent)
+        depth = dr.select(met, depth + 1, depth)
+        # A collision with a medium: scatter, or pass on
+        if dr.hint(lamp.media.present, mode="scalar"):
+            turned, changed = lamp.media.scatter(medium, flight, sampler)
+            weight = dr.select(flight.collided, changed, weight)
+            onward = mi.Ray3f(flight.interaction.p, turned)
+            next_ray = dr.select(flight.collided, onward, next_ray)
+        active &= met | flight.collided
+        sound = dr.all(dr.isfinite(weight)) & (
+            dr.all(dr.isfinite(next_ray.d)) | (dr.max(weight) <= 0)
         )
-        direction = si.to_world(sample.wo)
-        null = mi.has_flag(sample.sampled_type, mi.BSDFFlags.Null)
-        shading_in, shading_out = mi.Frame3f.cos_theta(si.wi), mi.Frame3f.cos_theta(sample.wo)
-        true_in, true_out = dr.dot(si.n, -ray.d), dr.dot(si.n, direction)
-        same_side = (true_in * shading_in > 0) & (true_out * shading_out > 0)
-        correction = dr.abs((shading_in * true_out) / (shading_out * true_in))
-        factor = dr.select(null, 1, dr.select(same_side, correction, 0))
-        weight = dr.select(active, weight * value * factor, weight)
-        active &= dr.max(weight) > 0
-        # The last vertex that is not a null surface is the exit point
-        vertex = active & ~null
-        position = dr.select(vertex, si.p, position)
-        normal = dr.select(vertex, si.n, normal)
-        ray = dr.select(active, si.spawn_ray(direction), ray)
-        depth = dr.select(vertex, depth + 1, depth)
+        fate = dr.select(active & ~sound, BROKEN, fate)
+        active &= sound & (dr.max(weight) > 0)
+        ray = dr.select(active, next_ray, ray)
         # Roulette on the power left of what was emitted
         roulette = active & (depth > ROULETTE_DEPTH)
-        survival = dr.clip(dr.max(weight) / emitted, 0.05, 0.95)
+        most = dr.select(flight.collided, 1, 0.95)
+        survival = dr.clip(dr.max(weight) / emitted, 0.05, most)
         weight = dr.select(roulette, weight / survival, weight)
         active &= ~roulette | (sampler.next_1d(active) < survival)
-        active &= depth < MAX_DEPTH
-    return position, normal, ray.d, weight, escaped, depth
+        events += 1
+        fate = dr.select(active & ((depth >= MAX_DEPTH) | (events >= MAX_EVENTS)), CUT, fate)
+        active &= (depth < MAX_DEPTH) & (events < MAX_EVENTS)
+    return position, normal, ray.d, weight, fate, depth
 
 
 def trace_records(
     scene: Any, paths: int, seed: int, progress: Callable[[int], None] = lambda _: None
 ) -> ExitRecords:
     """Trace `paths` paths and gather the exit records of those that escape.
+
+    Warns of paths dropped because a value was not finite, and of paths cut off.
 
     Arguments:
         scene: a lamp's scene (`luminaire.load_luminaire`).
@@ -88,31 +116,46 @@ def trace_records(
     Raises:
         PureLightError: nothing escapes the lamp.
     """
+    lamp = Lamp(scene)
     parts: list[ExitRecords] = []
     batches = -(-paths // BATCH)
     for batch in range(batches):
-        parts.append(_trace_batch(scene, seed * 65_537 + batch))
+        parts.append(_trace_batch(lamp, seed * 65_537 + batch))
         progress((batch + 1) * BATCH)
     records = ExitRecords.concatenate(parts)
-    if not records.flux.max() > 0:
+    if not len(records) or not records.flux.max() > 0:
         raise PureLightError(
             "the lamp emits nothing that escapes; check its emitters' radiance and that they "
             "face outwards"
         )
+    _warn(records)
     return records
 
 
-def _trace_batch(scene: Any, seed: int) -> ExitRecords:
+def _warn(records: ExitRecords) -> None:
+    if records.dropped:
+        warnings.warn(
+            f"{records.dropped} of {records.paths} light paths dropped: not finite; check the "
+            "lamp's materials and textures",
+            stacklevel=3,
+        )
+    if records.cut > 1e-3 * records.paths:
+        warnings.warn(
+            f"{records.cut} of {records.paths} light paths cut off after {MAX_DEPTH} surfaces or "
+            f"{MAX_EVENTS} collisions; the lamp traps light, and its flux comes out low",
+            stacklevel=3,
+        )
+
+
+def _trace_batch(lamp: Lamp, seed: int) -> ExitRecords:
     sampler = mi.load_dict({"type": "independent"})
     sampler.seed(seed & 0xFFFFFFFF, BATCH)
-    traced = trace_paths(scene, sampler)
+    traced = trace_paths(lamp, sampler)
     dr.eval(traced)  # once, or every array below would run the loop again
-    position, normal, direction, weight, escaped, depth = traced
-    finite = dr.all(dr.isfinite(weight)) & dr.all(dr.isfinite(position))
-    finite &= dr.all(dr.isfinite(direction))
-    keep = escaped & finite & (dr.max(weight) > 0)
-    dropped = int(dr.count(escaped & ~finite)[0])
-    index = dr.compress(keep)
+    position, normal, direction, weight, fate, depth = traced
+    escaped = (fate == ESCAPED) & (dr.max(weight) > 0)
+    finite = dr.all(dr.isfinite(position) & dr.isfinite(direction) & dr.isfinite(weight))
+    index = dr.compress(escaped & finite)
 
     def column(value: Any) -> np.ndarray:
         if dr.width(index) == 0:
@@ -128,5 +171,6 @@ def _trace_batch(scene: Any, seed: int) -> ExitRecords:
         weight=column(weight),
         bare=np.array(depth)[np.array(index)] == 0,
         paths=BATCH,
-        dropped=dropped,
+        dropped=int(dr.count((fate == BROKEN) | (escaped & ~finite))[0]),
+        cut=int(dr.count(fate == CUT)[0]),
     )
