@@ -1,4 +1,4 @@
-"""`purelight-render`: a Mitsuba scene with PureLight's lamps becomes a picture."""
+"""`purelight-render`: a Mitsuba or USD scene with PureLight's lamps becomes a picture."""
 
 from __future__ import annotations
 
@@ -7,19 +7,25 @@ import sys
 import warnings
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from purelight_format.errors import PureLightError
 from purelight_mitsuba import platform
 
 COMMAND = "purelight-render"
+USD = (".usda", ".usd", ".usdc", ".usdz")
 
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog=COMMAND, description=__doc__)
-    parser.add_argument("scene", type=Path, help="Mitsuba 3 scene, .xml")
+    parser.add_argument("scene", type=Path, help="Mitsuba 3 scene, .xml, or a USD stage")
     parser.add_argument("--output", type=Path, required=True, help=".exr; a .png appears beside it")
     parser.add_argument("--mode", choices=("accurate", "fast"), help="instead of the scene's")
     parser.add_argument("--spp", type=int, help="samples per pixel, instead of the scene's")
+    parser.add_argument("--width", type=int, help="of the picture, instead of the scene's")
+    parser.add_argument("--camera", help="of a USD stage, the path of its prim")
+    parser.add_argument("--frame", type=float, help="of a USD stage, its time code")
+    parser.add_argument("--denoise", action="store_true", help="needs an NVIDIA GPU (OptiX)")
     parser.add_argument("--variant", default="llvm_ad_rgb")
     parser.add_argument("--seed", type=int, default=0)
     return parser
@@ -43,14 +49,23 @@ def _check(arguments: argparse.Namespace) -> None:
     scene, output = arguments.scene, arguments.output
     if not scene.is_file():
         raise PureLightError(f"{scene}: no such file; give a Mitsuba scene")
-    if scene.suffix.lower() != ".xml":
-        raise PureLightError(f"{scene}: not a Mitsuba scene; its name must end in .xml")
+    if scene.suffix.lower() not in (".xml", *USD):
+        raise PureLightError(
+            f"{scene}: neither a Mitsuba scene nor a USD stage; its name must end in .xml or "
+            f"{', '.join(USD)}"
+        )
+    usd_only = [f"--{n}" for n in ("camera", "frame") if getattr(arguments, n) is not None]
+    if usd_only and scene.suffix.lower() == ".xml":
+        raise PureLightError(f"{usd_only[0]} is for USD stages; a Mitsuba scene has its own")
     if output.suffix.lower() != ".exr":
         raise PureLightError(f"{output}: the picture's name must end in .exr")
     if not output.parent.is_dir():
         raise PureLightError(f"{output.parent}: no such folder; create it first")
-    if arguments.spp is not None and arguments.spp < 1:
-        raise PureLightError("--spp must be at least 1")
+    for name in ("spp", "width"):
+        if getattr(arguments, name) is not None and getattr(arguments, name) < 1:
+            raise PureLightError(f"--{name} must be at least 1")
+    if arguments.denoise and not arguments.variant.startswith("cuda"):
+        raise PureLightError("--denoise needs --variant cuda_ad_rgb; Mitsuba has no other denoiser")
 
 
 def _render(arguments: argparse.Namespace) -> int:
@@ -58,20 +73,41 @@ def _render(arguments: argparse.Namespace) -> int:
     mi.set_log_level(mi.LogLevel.Error)
 
     from purelight_format import atomic
+    from purelight_mitsuba import passes
     from purelight_mitsuba.integrator import SpoiltWarning
-    from purelight_mitsuba.passes import integrator_for, load_scene, render_passes
     from purelight_onnx.picture import png, write_exr
 
-    scene = load_scene(arguments.scene)
-    integrator = integrator_for(scene, arguments.mode)
+    scene = _load(arguments)
+    if arguments.width is not None:
+        passes.resize(scene, arguments.width)
+    integrator = passes.integrator_for(scene, arguments.mode)
     spp = arguments.spp or scene.sensors()[0].sampler().sample_count()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", SpoiltWarning)
-        image = render_passes(scene, integrator, spp, arguments.seed, progress=True)
+        image = passes.render_passes(scene, integrator, spp, arguments.seed, progress=True)
+    if arguments.denoise:
+        image = passes.denoise(image)
     write_exr(arguments.output, image)
     preview = arguments.output.with_suffix(".png")
     atomic.write_bytes(preview, png(image))
     if integrator.spoilt:
-        print(f"{COMMAND}: warning: {integrator.spoilt_message()}", file=sys.stderr)
+        _warn(integrator.spoilt_message())
     print(f"{arguments.output}, {preview}: {spp} samples per pixel, {integrator.mode}")
     return 0
+
+
+def _load(arguments: argparse.Namespace) -> Any:
+    """The scene, with a warning for each thing on a USD stage that is not rendered as it says."""
+    from purelight_mitsuba.passes import load_scene
+    from purelight_mitsuba.usd_scene import load_usd
+
+    if arguments.scene.suffix.lower() not in USD:
+        return load_scene(arguments.scene)
+    loaded = load_usd(arguments.scene, view=arguments.camera, frame=arguments.frame)
+    for note in loaded.notes:
+        _warn(note)
+    return loaded.scene
+
+
+def _warn(text: str) -> None:
+    print(f"{COMMAND}: warning: {text}", file=sys.stderr)

@@ -17,7 +17,7 @@ OURS = re.compile(r"PureLightError: (.*)")
 
 
 def load_scene(path: Path) -> mi.Scene:
-    """Loads a scene from XML.
+    """Loads a scene from Mitsuba's XML.
 
     Raises:
         PureLightError: With one line, if Mitsuba or a lamp refuses it.
@@ -25,7 +25,7 @@ def load_scene(path: Path) -> mi.Scene:
     try:
         scene = mi.load_file(str(path))
     except RuntimeError as error:
-        raise PureLightError(f"{path}: {_reason(str(error))}") from error
+        raise PureLightError(f"{path}: {reason(str(error))}") from error
     if not isinstance(scene, mi.Scene):
         raise PureLightError(f"{path}: not a scene; its outermost element must be <scene>")
     if not scene.sensors():
@@ -33,7 +33,7 @@ def load_scene(path: Path) -> mi.Scene:
     return scene
 
 
-def _reason(text: str) -> str:
+def reason(text: str) -> str:
     """The line of a Mitsuba error that says what is wrong."""
     ours = OURS.findall(text)
     if ours:
@@ -84,3 +84,21 @@ def render_passes(
             bar.update(samples)
     assert total is not None
     return (total / spp).astype(np.float32)
+
+
+def resize(scene: mi.Scene, width: int) -> None:
+    """Gives the first sensor's whole film another width in pixels, at the same aspect ratio."""
+    sensor = scene.sensors()[0]
+    parameters = mi.traverse(sensor)
+    size = np.array(sensor.film().size(), np.float64)
+    new = [width, max(round(width * size[1] / size[0]), 1)]
+    parameters["film.size"] = new
+    parameters["film.crop_size"] = new
+    parameters["film.crop_offset"] = [0, 0]
+    parameters.update()
+
+
+def denoise(image: np.ndarray) -> np.ndarray:
+    """Mitsuba's OptiX denoiser, for pictures [H, W, 3]; CUDA only."""
+    height, width = image.shape[:2]
+    return np.array(mi.OptixDenoiser([width, height])(mi.TensorXf(image)))

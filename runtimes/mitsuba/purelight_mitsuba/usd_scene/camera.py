@@ -1,0 +1,95 @@
+"""A USD camera as a Mitsuba sensor."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import mitsuba as mi
+import numpy as np
+
+from purelight_format.errors import PureLightError
+from purelight_mitsuba.usd_scene.values import Values, rigid
+
+WIDTH = 960
+SAMPLES = 64
+TENTHS = 0.1  # Focal length and apertures are in tenths of the stage's unit.
+
+
+def sensor(
+    stage: Any, values: Values, view: str | None, path: Path, note: Callable[[Any, str], None]
+) -> dict[str, Any]:
+    """The chosen camera, or the render settings', or the first of the stage.
+
+    Arguments:
+        view: Path of the camera's prim, or None.
+        path: The stage's file, for errors.
+
+    Raises:
+        PureLightError: If there is no such camera.
+    """
+    from pxr import UsdRender
+
+    settings = UsdRender.Settings.GetStageRenderSettings(stage)
+    prim = _choose(stage, settings, view, path)
+    wide, high = (values.number(prim, f"{side}Aperture", default)
+                  for side, default in (("horizontal", 20.955), ("vertical", 15.2908)))  # fmt: skip
+    if str(values.get(prim, "projection", "perspective")) != "perspective":
+        note(prim, "orthographic projection is not supported; rendered in perspective")
+    focal = values.number(prim, "focalLength", 50.0)
+    near, far = values.get(prim, "clippingRange", (1.0, 1e6))
+    result = {
+        "type": "perspective",
+        "to_world": _to_world(values.to_world(prim)),
+        "fov": math.degrees(2 * math.atan(wide / (2 * focal))),
+        "fov_axis": "x",
+        "near_clip": max(float(near), 1e-6 * float(far)),
+        "far_clip": float(far),
+        "principal_point_offset_x": values.number(prim, "horizontalApertureOffset", 0) / wide,
+        "principal_point_offset_y": -values.number(prim, "verticalApertureOffset", 0) / high,
+        "film": _film(settings, wide / high),
+        "sampler": {"type": "independent", "sample_count": SAMPLES},
+    }
+    stop, distance = (values.number(prim, name, 0.0) for name in ("fStop", "focusDistance"))
+    if stop > 0 and distance > 0:
+        del result["principal_point_offset_x"], result["principal_point_offset_y"]
+        result["type"] = "thinlens"
+        result["aperture_radius"] = TENTHS * focal / (2 * stop)
+        result["focus_distance"] = distance
+    return result
+
+
+def _choose(stage: Any, settings: Any, view: str | None, path: Path) -> Any:
+    from pxr import UsdGeom
+
+    cameras = [prim for prim in stage.Traverse() if prim.IsA(UsdGeom.Camera)]
+    if not cameras:
+        raise PureLightError(f"{path}: the stage has no camera; add one")
+    names = [str(prim.GetPath()) for prim in cameras]
+    if view is None and settings:
+        targets = settings.GetCameraRel().GetTargets()
+        view = str(targets[0]) if targets else None
+    if view is None:
+        return cameras[0]
+    if view not in names:
+        raise PureLightError(f"{path}: no camera {view}; there is {', '.join(names[:8])}")
+    return cameras[names.index(view)]
+
+
+def _to_world(at: np.ndarray) -> Any:
+    """A USD camera looks along -Z, Mitsuba's along +Z with +X to the left."""
+    turn = np.diag([-1.0, 1.0, -1.0, 1.0])
+    return mi.ScalarTransform4f(np.ascontiguousarray(rigid(at) @ turn))
+
+
+def _film(settings: Any, aspect: float) -> dict[str, Any]:
+    """A film with the render settings' resolution, or one of 960 pixels' width."""
+    width, height = WIDTH, max(round(WIDTH / aspect), 1)
+    if settings and settings.GetResolutionAttr().HasAuthoredValue():
+        width, height = (int(n) for n in settings.GetResolutionAttr().Get())
+    return {
+        "type": "hdrfilm", "width": width, "height": height, "rfilter": {"type": "gaussian"},
+        "pixel_format": "rgb", "component_format": "float32",
+    }  # fmt: skip

@@ -1,0 +1,295 @@
+"""USD stages in Mitsuba: what is seen is where, and as bright, as UsdGeom and UsdLux say."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import analytic_lamps as lamps
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+import pytest
+
+from purelight_format.errors import PureLightError
+from purelight_mitsuba.cli import main
+from purelight_mitsuba.usd_scene import UsdScene, load_usd
+
+HEADER = '#usda 1.0\n(\n    metersPerUnit = 1\n    upAxis = "Z"\n)\n'
+CAMERA = """
+def Camera "Camera"
+{
+    float focalLength = 20
+    float horizontalAperture = 20
+    float verticalAperture = 20
+    float2 clippingRange = (0.01, 100)
+    double3 xformOp:translate = (0, 0, 4)
+    uniform token[] xformOpOrder = ["xformOp:translate"]
+}
+"""
+LIGHT = """
+def {kind} "Light"
+{{
+    {values}
+    matrix4d xformOp:transform = ( (1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 1, 0), {place} )
+    uniform token[] xformOpOrder = ["xformOp:transform"]
+}}
+"""
+
+
+def stage(folder: Path, *prims: str, camera: str = CAMERA) -> Path:
+    path = folder / "scene.usda"
+    path.write_text(HEADER + camera + "".join(prims))
+    return path
+
+
+def loaded(folder: Path, *prims: str) -> UsdScene:
+    return load_usd(stage(folder, *prims))
+
+
+FLOOR = """
+def Plane "Floor"
+{
+    double width = 0.01
+    double length = 0.01
+    color3f[] primvars:displayColor = [(1, 1, 1)]
+}
+"""
+
+
+def irradiance(folder: Path, light: str) -> np.ndarray:
+    """Of a white floor at the origin, facing +Z, by light sampling."""
+    view = mi.ScalarTransform4f().look_at([0, 0, 1e-3], [0, 0, 0], [0, 1, 0])
+    eye = mi.load_dict({
+        "type": "orthographic",
+        "to_world": view @ mi.ScalarTransform4f().scale([1e-4, 1e-4, 1]),
+        "near_clip": 1e-5,
+        "film": {"type": "hdrfilm", "width": 1, "height": 1, "rfilter": {"type": "box"}},
+    })  # fmt: skip
+    scene, direct = loaded(folder, FLOOR, light).scene, mi.load_dict({"type": "direct"})
+    image = mi.render(scene, sensor=eye, integrator=direct, spp=1 << 14)
+    return np.pi * np.array(image).ravel()[:3]
+
+
+@pytest.mark.parametrize(
+    ("kind", "values", "expected"),
+    [
+        ("SphereLight", "float inputs:radius = 0.5", math.pi * 0.25 / 4),
+        ("SphereLight", "float inputs:radius = 0.5\n bool inputs:normalize = 1", 1 / 16),
+        ("SphereLight", "float inputs:radius = 0.5\n float inputs:exposure = 3", math.pi / 2),
+        ("DiskLight", "float inputs:radius = 0.5", math.pi * 0.25 / 4.25),
+        ("DomeLight", "float inputs:intensity = 2", 2 * math.pi),
+        ("DistantLight", "float inputs:intensity = 5\n bool inputs:normalize = 1", 5),
+        ("DistantLight", "float inputs:angle = 1", 5e4 * math.pi * math.sin(0.5 * 0.0174533) ** 2),
+    ],
+)
+def test_lights_give_the_irradiance_of_the_specification(
+    kind: str, values: str, expected: float, tmp_path: Path
+) -> None:
+    light = LIGHT.format(kind=kind, values=values, place="(0, 0, 2, 1)")
+    found = irradiance(tmp_path, light)
+    np.testing.assert_allclose(found, expected, rtol=0.02)
+
+
+def test_a_rectangle_light_is_as_wide_as_it_says(tmp_path: Path) -> None:
+    light = LIGHT.format(
+        kind="RectLight",
+        values="float inputs:width = 0.02\n float inputs:height = 0.04\n"
+        "color3f inputs:color = (1, 0.5, 0)",
+        place="(0, 0, 2, 1)",
+    )
+    expected = 0.02 * 0.04 / 4 * np.array([1, 0.5, 0])
+    np.testing.assert_allclose(irradiance(tmp_path, light), expected, rtol=0.02)
+
+
+def first_hit(scene: mi.Scene, x: float, y: float) -> Any:
+    """What the camera sees at a place of the picture; (0, 0) is its upper left corner."""
+    ray, _ = scene.sensors()[0].sample_ray(0, 0.5, mi.Point2f(x, y), mi.Point2f(0.5, 0.5))
+    return scene.ray_intersect(mi.Ray3f(ray))
+
+
+def test_camera_sees_right_on_the_right_and_up_above(tmp_path: Path) -> None:
+    plane = 'def Plane "Floor" { double width = 10\n double length = 10\n }\n'
+    scene = loaded(tmp_path, plane.replace("{", "{\n")).scene
+    hit = first_hit(scene, 0.75, 0.25)  # a quarter of the 4 m that 90 degrees - half of them - see
+    np.testing.assert_allclose(np.array(hit.p).ravel(), [1, 1, 0], atol=1e-3)
+    np.testing.assert_allclose(np.array(hit.n).ravel(), [0, 0, 1], atol=1e-6)
+
+
+@pytest.mark.parametrize(("side", "place"), [("horizontal", [1, 0, 0]), ("vertical", [0, 1, 0])])
+def test_a_shifted_lens_moves_the_picture(side: str, place: list[int], tmp_path: Path) -> None:
+    shift = f"float {side}ApertureOffset = 5\n    float focalLength"
+    shifted = CAMERA.replace("float focalLength", shift)
+    plane = 'def Plane "Floor"\n{\n double width = 10\n double length = 10\n}\n'
+    scene = load_usd(stage(tmp_path, plane, camera=shifted)).scene
+    hit = first_hit(scene, 0.5, 0.5)  # The film's middle is 5 / 20 of 4 m off the axis.
+    np.testing.assert_allclose(np.array(hit.p).ravel(), place, atol=1e-3)
+
+
+@pytest.mark.parametrize("axis", ["X", "Y", "Z"])
+@pytest.mark.parametrize("kind", ["Cylinder", "Cone", "Capsule"])
+def test_solids_lie_along_their_axis(kind: str, axis: str, tmp_path: Path) -> None:
+    size = "double radius = 0.5\n double height = 3"
+    prim = f'def {kind} "S"\n{{\n {size}\n token axis = "{axis}"\n}}\n'
+    box = loaded(tmp_path, prim).scene.shapes()[0].bbox()
+    half = np.full(3, 0.5)
+    half["XYZ".index(axis)] = 2.0 if kind == "Capsule" else 1.5
+    np.testing.assert_allclose(np.array(box.max), half, atol=2e-3)
+    np.testing.assert_allclose(np.array(box.min), -half, atol=2e-3)
+
+
+MESH = """
+def Mesh "Quad"
+{{
+    uniform token subdivisionScheme = "none"
+    uniform token orientation = "{orientation}"
+    int[] faceVertexCounts = [4]
+    int[] faceVertexIndices = [0, 1, 2, 3]
+    point3f[] points = [(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)]
+    float3 xformOp:scale = ({scale}, 1, 1)
+    uniform token[] xformOpOrder = ["xformOp:scale"]
+    texCoord2f[] primvars:st = [(0, 0), (1, 0), (1, 1), (0, 1)] ( interpolation = "vertex" )
+}}
+"""
+
+
+@pytest.mark.parametrize(
+    ("orientation", "scale", "up"),
+    [("rightHanded", 1, 1), ("leftHanded", 1, -1), ("rightHanded", -1, 1), ("leftHanded", -1, -1)],
+)
+def test_faces_keep_their_side(orientation: str, scale: int, up: int, tmp_path: Path) -> None:
+    mesh = MESH.format(orientation=orientation, scale=scale)
+    hit = first_hit(loaded(tmp_path, mesh).scene, 0.55, 0.45)
+    np.testing.assert_allclose(np.array(hit.n).ravel(), [0, 0, up], atol=1e-6)
+    uv = np.array(hit.uv).ravel()
+    np.testing.assert_allclose(uv, [0.5 + scale * 0.1, 0.6], atol=1e-3)
+
+
+MATERIAL = """
+def Material "M"
+{{
+    token outputs:surface.connect = </M/S.outputs:surface>
+    def Shader "S"
+    {{
+        uniform token info:id = "UsdPreviewSurface"
+        {inputs}
+        token outputs:surface
+    }}
+    def Shader "T"
+    {{
+        uniform token info:id = "UsdUVTexture"
+        asset inputs:file = @./map.exr@
+        token inputs:sourceColorSpace = "raw"
+        float3 outputs:rgb
+        float outputs:g
+    }}
+}}
+def Plane "Floor" ( prepend apiSchemas = ["MaterialBindingAPI"] )
+{{
+    double width = 10
+    double length = 10
+    rel material:binding = </M>
+}}
+"""
+
+
+def test_emission_and_its_texture(tmp_path: Path) -> None:
+    mi.Bitmap(np.full((2, 2, 3), (1, 2, 3), np.float32)).write(str(tmp_path / "map.exr"))
+    for inputs, expected in (
+        ("color3f inputs:emissiveColor = (3, 2, 1)", [3, 2, 1]),
+        ("color3f inputs:emissiveColor.connect = </M/T.outputs:rgb>", [1, 2, 3]),
+    ):
+        scene = loaded(tmp_path, MATERIAL.format(inputs=inputs)).scene
+        hit = first_hit(scene, 0.5, 0.5)
+        np.testing.assert_allclose(np.array(hit.emitter(scene).eval(hit)).ravel(), expected)
+
+
+def test_opacity_lets_light_through(tmp_path: Path) -> None:
+    inputs = "float inputs:opacity = 0.25\n color3f inputs:diffuseColor = (0, 0, 0)"
+    scene = loaded(tmp_path, MATERIAL.format(inputs=inputs)).scene
+    hit = first_hit(scene, 0.5, 0.5)
+    through = hit.bsdf().eval_null_transmission(hit)
+    np.testing.assert_allclose(np.array(through).ravel(), 0.75, atol=1e-6)
+
+
+def test_a_luminaire_is_where_its_prim_is(tmp_path: Path) -> None:
+    bundle = lamps.ball().write(tmp_path / "ball.plux")
+    prim = """
+def Xform "Lamp" ( apiSchemas = ["PureLightLuminaireAPI"] )
+{
+    uniform asset purelight:bundle = @./ball.plux@
+    float purelight:dimmer = 0.5
+    rel purelight:fallback = </Lamp/Stand_in>
+    double3 xformOp:translate = (1, 2, 3)
+    uniform token[] xformOpOrder = ["xformOp:translate"]
+    def SphereLight "Stand_in"
+    {
+    }
+}
+"""
+    scene = loaded(tmp_path, prim).scene
+    assert len(scene.emitters()) == 1
+    emitter = scene.emitters()[0]
+    assert emitter.level == 0.5
+    np.testing.assert_allclose(np.array(emitter.to_world.matrix).reshape(4, 4)[:3, 3], [1, 2, 3])
+    assert bundle is None or emitter.luminaire.path.name == "ball.plux"
+
+
+def test_what_is_hidden_is_not_read(tmp_path: Path) -> None:
+    sphere = 'def Sphere "{name}"\n{{\n {how}\n}}\n'
+    prims = [
+        sphere.format(name="a", how='token visibility = "invisible"'),
+        sphere.format(name="b", how='uniform token purpose = "guide"'),
+        sphere.format(name="c", how=""),
+    ]
+    assert len(loaded(tmp_path, *prims).scene.shapes()) == 1
+
+
+def test_notes_name_what_is_left_out(tmp_path: Path) -> None:
+    found = loaded(
+        tmp_path,
+        'def BasisCurves "Hair"\n{\n}\n',
+        MESH.format(orientation="rightHanded", scale=1).replace('"none"', '"catmullClark"'),
+        MATERIAL.format(inputs="normal3f inputs:normal.connect = </M/T.outputs:rgb>"),
+    )
+    assert [note.split(":")[0] for note in found.notes] == ["/Hair", "/Quad", "/M/S"]
+
+
+def fault(path: Path, capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
+    assert main([str(path), "--output", str(path.with_name("o.exr")), *arguments]) == 2
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) == 1
+    return lines[0]
+
+
+def test_faults_are_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert "no camera" in fault(stage(tmp_path, camera=""), capsys)
+    assert "no camera /No" in fault(stage(tmp_path), capsys, "--camera", "/No")
+    lamp = 'def Xform "L" ( apiSchemas = ["PureLightLuminaireAPI"] )\n{\n'
+    missing = lamp + "    uniform asset purelight:bundle = @./no.plux@\n}\n"
+    assert "no.plux" in fault(stage(tmp_path, missing), capsys)
+    lamps.ball().write(tmp_path / "ball.plux")
+    stale = (
+        lamp + "    uniform asset purelight:bundle = @./ball.plux@\n"
+        f'    uniform string purelight:bundleDigest = "{"0" * 64}"\n}}\n'
+    )
+    assert "export both again" in fault(stage(tmp_path, stale), capsys)
+    broken = tmp_path / "scene.usda"
+    broken.write_text("#usda 1.0\ndef {")
+    assert "OpenUSD cannot read it" in fault(broken, capsys)
+    assert "--denoise" in fault(stage(tmp_path), capsys, "--denoise")
+    with pytest.raises(PureLightError, match="no camera"):
+        load_usd(stage(tmp_path, camera=""))
+
+
+def test_renders_from_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    light = LIGHT.format(kind="SphereLight", values="float inputs:radius = 1", place="(0, 0, 0, 1)")
+    path = stage(tmp_path, light)
+    output = tmp_path / "o.exr"
+    command = [str(path), "--output", str(output), "--width", "9", "--spp", "16"]
+    assert main(command) == 0
+    picture = np.array(mi.Bitmap(str(output)))
+    assert picture.shape == (9, 9, 3)
+    np.testing.assert_allclose(picture[4, 4], 1, rtol=1e-3)
+    assert dr.backend_v(mi.Float) == dr.JitBackend.LLVM
