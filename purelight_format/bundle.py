@@ -10,11 +10,12 @@ from pathlib import Path
 from purelight_format import atomic, container, usd_asset
 from purelight_format.container import Entry
 from purelight_format.errors import PureLightError
+from purelight_format.limits import LIMITS, Limits
 from purelight_format.manifest import Manifest, Member
 from purelight_format.members import MANIFEST, PHOTOMETRY
 from purelight_format.members import PREVIEW as PREVIEW
 from purelight_format.surface import Surface
-from purelight_format.validate import Examination, examine, read_file
+from purelight_format.validate import Examination, examine, examine_file
 from purelight_format.vectors import Vectors
 
 
@@ -35,23 +36,23 @@ class Bundle:
     entries: dict[str, Entry]
 
     @staticmethod
-    def open(path: str | Path, *, validate: bool = True) -> Bundle:
+    def open(path: str | Path, *, validate: bool = True, limits: Limits = LIMITS) -> Bundle:
         """Reads a bundle into memory.
 
         Arguments:
             path: a .plux file, or the same bytes under another name.
             validate: whether to check everything but the values of the networks, which the
                 golden vectors check in the host itself; otherwise only the container, the
-                manifest and the digests are.
+                manifest, the digests and the USD layer are.
+            limits: what is accepted; lower limits than those of the format refuse more.
 
         Raises:
             PureLightError: If it cannot be read or is not valid.
         """
         path = Path(path)
-        data = read_file(path)
-        checked = examine(data, depth=2 if validate else 1)
+        checked = examine_file(path, depth=2 if validate else 1, limits=limits)
         manifest = _require_valid(checked, f"{path}: not a valid bundle")
-        return Bundle(path, manifest, data, checked.entries)
+        return Bundle(path, manifest, checked.data, checked.entries)
 
     @property
     def digest(self) -> str:

@@ -10,6 +10,7 @@ from pathlib import Path
 from purelight_format import strict_json
 from purelight_format.bundle import Bundle
 from purelight_format.errors import PureLightError
+from purelight_format.issues import plain
 from purelight_format.summary import summary_json, summary_text
 from purelight_format.validate import validate
 
@@ -36,7 +37,7 @@ def _run(
     try:
         return action(parser.parse_args(argv))
     except PureLightError as error:
-        print(f"{command}: error: {error}", file=sys.stderr)
+        print(f"{command}: error: {plain(error, 2000)}", file=sys.stderr)
         return 2
 
 

@@ -12,13 +12,13 @@ from io import BytesIO
 from typing import BinaryIO
 
 from purelight_format.issues import fail
-from purelight_format.limits import LIMITS
+from purelight_format.limits import LIMITS, Limits
 
 Buffer = bytes | memoryview
 
 ALIGNMENT = 64
 PADDING_ID = 0x1986  # The extra field that OpenUSD pads its packages with.
-PART = re.compile(rf"[a-z0-9_-][a-z0-9_.-]{{0,{LIMITS.name_part_bytes - 1}}}")
+PART = re.compile("[a-z0-9_-][a-z0-9_.-]*")
 
 LOCAL = struct.Struct("<4s5H3I2H")
 CENTRAL = struct.Struct("<4s6H3I5H2I")
@@ -119,7 +119,7 @@ def _end(count: int, size: int, offset: int) -> bytes:
 # Reading
 
 
-def scan(data: bytes) -> dict[str, Entry]:
+def scan(data: bytes, limits: Limits = LIMITS) -> dict[str, Entry]:
     """Walks a bundle from its first byte to its last.
 
     Accepts exactly the files that `write` makes, so that no two readers can disagree about what
@@ -127,6 +127,7 @@ def scan(data: bytes) -> dict[str, Entry]:
 
     Arguments:
         data: the whole file.
+        limits: what is accepted.
 
     Returns:
         The members in file order.
@@ -134,18 +135,18 @@ def scan(data: bytes) -> dict[str, Entry]:
     Raises:
         FormatError: With a PLX_FILE or PLX_ZIP code.
     """
-    if len(data) > LIMITS.file_bytes:
-        fail("PLX_FILE_TOO_LARGE", "file", size=len(data), limit=LIMITS.file_bytes)
+    if len(data) > limits.file_bytes:
+        fail("PLX_FILE_TOO_LARGE", "file", size=len(data), limit=limits.file_bytes)
     count, offset = _read_end(data)
     entries: dict[str, Entry] = {}
     position = 0
     while position < offset:
         entry = _read_local(data, position, offset)
-        _require_name(entry.name, entries)
+        _require_name(entry.name, entries, limits)
         entries[entry.name] = entry
         position = entry.start + entry.size
-        if len(entries) > LIMITS.members:
-            fail("PLX_ZIP_TOO_MANY_MEMBERS", "file", count=len(entries), limit=LIMITS.members)
+        if len(entries) > limits.members:
+            fail("PLX_ZIP_TOO_MANY_MEMBERS", "file", count=len(entries), limit=limits.members)
     _read_directory(data, offset, list(entries.values()), count)
     for entry in entries.values():
         if zlib.crc32(member(data, entry)) != entry.crc:
@@ -232,9 +233,14 @@ def _require_canonical(where: str, fields: Mapping[str, tuple[int, int]]) -> Non
             fail("PLX_ZIP_NOT_CANONICAL", where, field=field, value=value, expected=expected)
 
 
-def _require_name(name: str, earlier: Mapping[str, Entry] | set[str]) -> None:
+def _require_name(
+    name: str, earlier: Mapping[str, Entry] | set[str], limits: Limits = LIMITS
+) -> None:
     parts = name.split("/")
-    if len(parts) > LIMITS.name_depth or not all(PART.fullmatch(part) for part in parts):
+    longest = max(map(len, parts))
+    if len(parts) > limits.name_depth or longest > limits.name_part_bytes:
+        fail("PLX_ZIP_NAME_INVALID", "directory", name=name[:80])
+    if not all(PART.fullmatch(part) for part in parts):
         fail("PLX_ZIP_NAME_INVALID", "directory", name=name[:80])
     folders = {"/".join(parts[:k]) for k in range(1, len(parts))}
     if any(o == name or o in folders or o.startswith(name + "/") for o in earlier):

@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import Enum
 from typing import Any, NoReturn
 
+import numpy as np
+
 from purelight_format.errors import PureLightError
+from purelight_format.limits import LIMITS
+
+LONGEST = 300  # Characters of a file's own words in a report.
 
 
 class Severity(str, Enum):
@@ -60,11 +66,33 @@ class FormatError(PureLightError):
         self.issue = issue
 
 
+class Findings:
+    """Issues in the order found, no more of each severity than a report holds and one.
+
+    Arguments:
+        most: how many errors, and how many warnings, a report holds.
+    """
+
+    def __init__(self, most: int = LIMITS.issues) -> None:
+        self.errors: list[Issue] = []
+        self.warnings: list[Issue] = []
+        self._most = most
+
+    def add(self, found: Issue) -> None:
+        """Notes an issue, unless there are enough of its severity."""
+        kind = self.errors if found.is_error else self.warnings
+        if len(kind) <= self._most:
+            kind.append(found)
+
+    def __iter__(self) -> Iterator[Issue]:
+        return iter((*self.errors, *self.warnings))
+
+
 def issue(code_name: str, location: str, /, **values: Any) -> Issue:
-    """Makes an issue; control characters in the file's own words are escaped."""
+    """Makes an issue; control characters in the file's own words are escaped, long ones cut."""
     code = CODES[code_name]
-    message = code.message.format(**{key: _plain(value) for key, value in values.items()})
-    return Issue(code, _plain(location), message)
+    message = code.message.format(**{key: _value(value) for key, value in values.items()})
+    return Issue(code, plain(location), message)
 
 
 def fail(code_name: str, location: str, /, **values: Any) -> NoReturn:
@@ -72,9 +100,15 @@ def fail(code_name: str, location: str, /, **values: Any) -> NoReturn:
     raise FormatError(issue(code_name, location, **values))
 
 
-def _plain(value: Any) -> str:
+def plain(value: Any, longest: int = LONGEST) -> str:
+    """A text that is fit to be shown in one line: nothing of it can steer a terminal."""
     text = str(value)
+    text = text if len(text) <= longest else f"{text[: longest - 1]}…"
     return text if text.isprintable() else text.encode("unicode_escape").decode()
+
+
+def _value(value: Any) -> Any:
+    return float(value) if isinstance(value, (float, np.floating)) else plain(value)
 
 
 W = Severity.WARNING
@@ -173,12 +207,19 @@ _TABLE = (
     # The USD layer
     Code("PLX_USD_NOT_FIRST", "the first member must be the only USD layer", "usd.md#u1"),
     Code("PLX_USD_SYNTAX", "no readable layer: {what}", "usd.md#u2"),
+    Code("PLX_USD_TOO_COMPLEX", "over {limit} quotations, escapes, paths and comments",
+         "usd.md#u2"),
     Code("PLX_USD_NO_DEFAULT_PRIM", "the layer has no default prim", "usd.md#u3"),
     Code("PLX_USD_SCHEMA_MISSING", "no prim applies PureLightLuminaireAPI", "usd.md#u4"),
     Code("PLX_USD_PATH", "{path!r} does not begin with ./ or leaves the folder", "usd.md#u5"),
     Code("PLX_USD_PATH_DANGLING", "{path!r} is not in the bundle", "usd.md#u5"),
     Code("PLX_USD_REFERENCES_LAYER", "{path!r} would compose another layer", "usd.md#u6"),
+    Code("PLX_USD_COMPOSITION", "the layer of a bundle may not compose: {word}", "usd.md#u6"),
     Code("PLX_USD_METERS_PER_UNIT", "metersPerUnit is not 1 or upAxis not Z", "usd.md#u7"),
+    # The layer beside a bundle
+    Code("PLX_SIDE_DIGEST_MISMATCH", "made for another bundle: bundleDigest is {digest!r}",
+         "usd.md#u8", W),
+    Code("PLX_SIDE_LAYER_INVALID", "{code} at {location}: {message}", "usd.md#u8", W),
     # Golden vectors
     Code("PLX_GOLDEN_MISSING", "the network {network} has no golden vectors", "conformance.md#g1"),
     Code("PLX_GOLDEN_SHAPE", "{count} vectors, must be 1 to {limit}", "conformance.md#g2"),
@@ -192,6 +233,8 @@ _TABLE = (
          "conformance.md#g4"),
     # Pictures and photometry
     Code("PLX_PREVIEW_INVALID", "the preview is no PNG picture", "plux.md#p1"),
+    Code("PLX_PREVIEW_TOO_LARGE", "the preview has {size} pixels, at most {limit} each way",
+         "plux.md#p1"),
     Code("PLX_PHOTOMETRY_INVALID", "the photometry is no IES LM-63 text", "plux.md#p2"),
     Code("PLX_MEMBER_UNKNOWN", "no use of this member is defined; it is ignored", "plux.md#m14", W),
     Code("PLX_MEMBER_TOO_LARGE", "{size} bytes, at most {limit}", "plux.md#m14"),

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+
+from purelight_format.errors import PureLightError
 
 MIB = 1 << 20
 
@@ -11,6 +13,9 @@ MIB = 1 << 20
 class Limits:
     """Upper bounds that a reader enforces before it allocates anything.
 
+    A caller who knows his files may lower them, `Limits(file_bytes=50 * MIB)`; the defaults are
+    those of the format and cannot be raised.
+
     Arguments:
         file_bytes: the paper's largest set is 343 MB; below 2 GiB neither zip64 nor a split
             protobuf is ever needed.
@@ -18,9 +23,11 @@ class Limits:
         name_depth, name_part_bytes: folders exist for readability only.
         manifest_bytes, json_depth, json_number_digits: a manifest is a few kB and four levels deep.
         network_bytes: the largest network of the paper is below 100 MB.
+        network_structure_bytes: a model without its weights; the largest has 20 kB, but two bytes
+            can stand for a message that takes a hundred in memory.
         nodes, initializers: the largest hand-built graph has about 500 nodes.
         node_inputs: the widest concatenation joins about 40 grid features.
-        node_outputs: a split gives single columns, up to the widest layer.
+        node_outputs: a split gives single columns, up to the widest layer; so do axes and sizes.
         tensor_rank: the fast map has four dimensions, and a reshape may add some.
         sample_floats: elements per sample of one intermediate; the widest layer has 768.
         sample_floats_sum: elements per sample of all intermediates; bounds time and memory of
@@ -30,8 +37,10 @@ class Limits:
             64 golden maps in float64 take 393 kB.
         vectors: golden vectors per network.
         layer_bytes: the USD layer holds the exit mesh as text.
+        layer_words: quotations, asset paths and comments of the layer; ours has 40.
         picture_bytes: preview and photometry are for people, not for textures.
-        issues: a report stops here; the first issues tell what is wrong.
+        picture_pixels: width and height of the preview; a PNG of a few kB may unpack to gigabytes.
+        issues: errors, and warnings, of a report; the first ones tell what is wrong.
     """
 
     file_bytes: int = 1024 * MIB
@@ -42,6 +51,7 @@ class Limits:
     json_depth: int = 16
     json_number_digits: int = 40
     network_bytes: int = 512 * MIB
+    network_structure_bytes: int = 2 * MIB
     nodes: int = 4096
     initializers: int = 4096
     node_inputs: int = 256
@@ -53,8 +63,18 @@ class Limits:
     array_bytes: int = 64 * MIB
     vectors: int = 1024
     layer_bytes: int = 128 * MIB
+    layer_words: int = 10_000
     picture_bytes: int = 16 * MIB
+    picture_pixels: int = 4096
     issues: int = 100
 
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            value, most = getattr(self, field.name), getattr(Limits, field.name)
+            if not isinstance(value, int) or not 0 <= value <= most:
+                raise PureLightError(
+                    f"the limit {field.name} cannot be {value!r}: it may be lowered from {most}"
+                )
 
-LIMITS = Limits()
+
+LIMITS = Limits()  # Those of the format.

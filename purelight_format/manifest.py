@@ -8,7 +8,8 @@ from typing import Any
 
 from purelight_format import strict_json
 from purelight_format.geometry import BoundingSphere
-from purelight_format.issues import FormatError, Issue
+from purelight_format.issues import Findings, FormatError, Issue
+from purelight_format.limits import LIMITS, Limits
 from purelight_format.manifest_reader import Reader
 from purelight_format.members import MANIFEST
 
@@ -146,21 +147,25 @@ def parse(data: bytes) -> Manifest:
     return manifest
 
 
-def examine(data: bytes) -> tuple[Manifest | None, list[Issue]]:
+def examine(data: bytes, limits: Limits = LIMITS) -> tuple[Manifest | None, list[Issue]]:
     """Reads manifest.json and reports everything that is wrong with it.
+
+    Arguments:
+        data: its bytes.
+        limits: what is accepted.
 
     Returns:
         The manifest, None if there is an error; and the issues.
     """
     try:
-        value = strict_json.loads(data, MANIFEST)
+        value = strict_json.loads(data, MANIFEST, limits)
     except FormatError as error:
         return None, [error.issue]
-    reader = Reader(value, MANIFEST)
+    reader = Reader(value, MANIFEST, Findings(limits.issues))
     if not reader.version("format_version", FORMAT_VERSION):
-        return None, reader.issues
+        return None, list(reader.findings)
     manifest = _read(reader)
-    return (None if reader.failed else manifest), reader.issues
+    return (None if reader.failed else manifest), list(reader.findings)
 
 
 def _read(reader: Reader) -> Manifest:

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator
 from typing import Any
 
-from purelight_format.issues import Issue, issue
+from purelight_format.issues import LONGEST, Findings, issue
 
 VERSION = re.compile(r"(0|[1-9]\d{0,3})\.(0|[1-9]\d{0,3})")
 DIGEST = re.compile(r"[0-9a-f]{64}")
@@ -18,24 +18,25 @@ class Reader:
     Arguments:
         value: the JSON value, which should be an object.
         pointer: its location.
-        issues: where findings are noted, shared by the readers of one file.
+        findings: where issues are noted, shared by the readers of one file.
     """
 
-    def __init__(self, value: Any, pointer: str, issues: list[Issue] | None = None) -> None:
-        self.issues: list[Issue] = [] if issues is None else issues
-        self.pointer = pointer
+    def __init__(self, value: Any, pointer: str, findings: Findings | None = None) -> None:
+        self.findings = Findings() if findings is None else findings
+        self.pointer = pointer[: 4 * LONGEST]  # A key may be long, and have many fields.
         self._value = value if isinstance(value, dict) else {}
         self._known: set[str] = set()
         if not isinstance(value, dict):
-            self.issues.append(issue("PLX_MANIFEST_SCHEMA", pointer, expected="must be an object"))
+            expected = "must be an object"
+            self.findings.add(issue("PLX_MANIFEST_SCHEMA", self.pointer, expected=expected))
 
     @property
     def failed(self) -> bool:
-        return any(found.is_error for found in self.issues)
+        return bool(self.findings.errors)
 
     def add(self, code: str, key: str, **values: Any) -> None:
         """Notes an issue of a field."""
-        self.issues.append(issue(code, f"{self.pointer}/{_escaped(key)}", **values))
+        self.findings.add(issue(code, f"{self.pointer}/{_escaped(key)}", **values))
 
     def _get(self, key: str) -> Any:
         self._known.add(key)
@@ -104,7 +105,7 @@ class Reader:
 
     def object(self, key: str) -> Reader:
         """A reader of an object inside."""
-        return Reader(self._get(key), f"{self.pointer}/{_escaped(key)}", self.issues)
+        return Reader(self._get(key), f"{self.pointer}/{_escaped(key)}", self.findings)
 
     def objects(self, key: str) -> Iterator[tuple[str, Reader]]:
         """Readers of an object's members by name, which must all be objects."""

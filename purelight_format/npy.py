@@ -9,7 +9,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from purelight_format.issues import fail
-from purelight_format.limits import LIMITS
+from purelight_format.limits import LIMITS, Limits
 
 MAGIC = b"\x93NUMPY\x01\x00"
 ALIGNMENT = 64
@@ -28,15 +28,14 @@ def dumps(array: np.ndarray) -> bytes:
     return MAGIC + len(text).to_bytes(2, "little") + text + array.tobytes()
 
 
-def loads(
-    data: bytes, where: str, dtype: str, *, max_bytes: int = LIMITS.array_bytes
-) -> np.ndarray:
+def loads(data: bytes, where: str, dtype: str, limits: Limits = LIMITS) -> np.ndarray:
     """Parses .npy bytes; nothing is allocated before the header is known to fit the data.
 
     Arguments:
         data: the member.
         where: the location that issues name.
         dtype: the element type that is expected, such as "<f4".
+        limits: what is accepted.
 
     Returns:
         A read-only view of the data.
@@ -44,8 +43,8 @@ def loads(
     Raises:
         FormatError: With a PLX_NPY code.
     """
-    if len(data) > max_bytes:
-        fail("PLX_NPY_TOO_LARGE", where, size=len(data), limit=max_bytes)
+    if len(data) > limits.array_bytes:
+        fail("PLX_NPY_TOO_LARGE", where, size=len(data), limit=limits.array_bytes)
     if data[: len(MAGIC)] != MAGIC or len(data) < len(MAGIC) + 2:
         fail("PLX_NPY_HEADER", where, what="version 1.0 is required")
     start = len(MAGIC) + 2
@@ -63,7 +62,8 @@ def _view(data: bytes, where: str, dtype: str, stored: str, shape_text: str) -> 
     if stored != dtype:
         fail("PLX_NPY_TYPE", where, dtype=stored, expected=dtype)
     expected = math.prod(shape) * np.dtype(dtype).itemsize
-    if len(data) != expected:
+    # An empty array may state any other size, which NumPy itself could not hold.
+    if len(data) != expected or max(shape, default=0) > LIMITS.array_bytes:
         fail("PLX_NPY_SIZE", where, size=len(data), expected=expected)
     array = np.frombuffer(data, dtype).reshape(shape)
     if array.dtype.kind == "f" and not np.isfinite(array).all():

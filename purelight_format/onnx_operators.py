@@ -14,6 +14,7 @@ from typing import Any, NoReturn
 import numpy as np
 
 from purelight_format.issues import fail
+from purelight_format.limits import LIMITS
 
 FLOAT, INT32, INT64, BOOL = (np.dtype(t) for t in (np.float32, np.int32, np.int64, np.bool_))
 INDEX = (INT32, INT64)
@@ -87,8 +88,8 @@ class Node:
     def numbers(self, index: int, dtypes: tuple[np.dtype, ...] = (INT64,)) -> list[int]:
         """The numbers of an input that must be a one-dimensional initializer."""
         value = self.constant(index, dtypes)
-        if value.ndim != 1:
-            self.bad_shape(f"input {index} must have one dimension")
+        if value.ndim != 1 or value.size > LIMITS.node_outputs:
+            self.bad_shape(f"input {index} must be a short list")
         return [int(number) for number in value]
 
     def axes(self, index: int, rank: int) -> list[int]:
@@ -186,9 +187,21 @@ def _clip(node: Node) -> list[Tensor]:
     return [x]
 
 
+def _div(node: Node) -> list[Tensor]:
+    _require_divisor(node)
+    return _elementwise(NUMBER)(node)
+
+
 def _mod(node: Node) -> list[Tensor]:
     integers = node.attributes.get("fmod", 0) == 0
+    _require_divisor(node)
     return _elementwise(INDEX if integers else (FLOAT,))(node)
+
+
+def _require_divisor(node: Node) -> None:
+    """Integers are divided by positive constants; hardware traps 0, and the least by -1."""
+    if _given(node)[0].dtype in INDEX and node.constant(1, INDEX).min() < 1:
+        node.bad_type("integers may only be divided by positive numbers")
 
 
 def _where(node: Node) -> list[Tensor]:
@@ -371,7 +384,8 @@ OPERATORS = {
         ("Asin", "Atan", "Cos", "Exp", "Floor", "Log", "Reciprocal", "Relu", "Sigmoid", "Sin",
          "Sqrt"), Operator(_FLOATS)),
     **dict.fromkeys(("Abs", "Neg", "Sign"), Operator(_NUMBERS)),
-    **dict.fromkeys(("Add", "Div", "Mul", "Sub"), Operator(_NUMBERS, 2, 2)),
+    **dict.fromkeys(("Add", "Mul", "Sub"), Operator(_NUMBERS, 2, 2)),
+    "Div": Operator(_div, 2, 2),
     **dict.fromkeys(("Max", "Min"), Operator(_NUMBERS, 1, _MANY)),
     **dict.fromkeys(
         ("Greater", "GreaterOrEqual", "Less", "LessOrEqual"), Operator(_COMPARISON, 2, 2)),

@@ -16,8 +16,9 @@ import numpy as np
 from purelight_format import members
 from purelight_format.errors import PureLightError
 from purelight_format.issues import Issue, fail, issue
-from purelight_format.limits import LIMITS
+from purelight_format.limits import LIMITS, Limits
 from purelight_format.onnx_operators import FLOAT, OPERATORS, TYPES, Node, Tensor
+from purelight_format.onnx_wire import require_small_structure
 from purelight_format.vectors import SIGNATURES, Shapes
 
 IR_VERSION = 10
@@ -49,13 +50,14 @@ class NetworkCost:
     warnings: tuple[Issue, ...] = ()
 
 
-def inspect(model: bytes, network: str, where: str = "") -> NetworkCost:
+def inspect(model: bytes, network: str, where: str = "", limits: Limits = LIMITS) -> NetworkCost:
     """Vets a network.
 
     Arguments:
         model: ONNX bytes.
         network: a key of `vectors.SIGNATURES`.
         where: the location that issues name.
+        limits: what is accepted.
 
     Returns:
         Its cost per sample.
@@ -65,15 +67,16 @@ def inspect(model: bytes, network: str, where: str = "") -> NetworkCost:
     """
     where = where or members.network(network)
     try:
-        proto = _parse(model, where)
-        return _inspect(proto, network, where, len(model))
+        proto = _parse(model, where, limits)
+        return _inspect(proto, network, where, len(model), limits)
     except UnicodeDecodeError:
         fail("PLX_ONNX_PARSE", where)
 
 
-def _parse(model: bytes, where: str) -> Any:
-    if len(model) > LIMITS.network_bytes:
-        _too_large(where, "bytes", len(model), LIMITS.network_bytes)
+def _parse(model: bytes, where: str, limits: Limits) -> Any:
+    if len(model) > limits.network_bytes:
+        _too_large(where, "bytes", len(model), limits.network_bytes)
+    require_small_structure(model, where, limits)
     try:
         import onnx
         from google.protobuf.message import DecodeError  # type: ignore[import-untyped]
@@ -86,18 +89,18 @@ def _parse(model: bytes, where: str) -> Any:
         fail("PLX_ONNX_PARSE", where)
 
 
-def _inspect(proto: Any, network: str, where: str, size: int) -> NetworkCost:
+def _inspect(proto: Any, network: str, where: str, size: int, limits: Limits) -> NetworkCost:
     graph = proto.graph
     _require_header(proto, where)
     _require_features(proto, where)
-    _require_counts(graph, where)
+    _require_counts(graph, where, limits)
     signature = SIGNATURES[network]
     _require_signature(graph.input, signature.inputs, f"{where}:inputs")
     _require_signature(graph.output, signature.outputs, f"{where}:outputs")
     values = {name: Tensor(FLOAT, shape) for name, shape in signature.inputs.items()}
     for tensor in graph.initializer:
-        _define(values, tensor.name, _initializer(tensor, where), where)
-    macs, floats, largest = _walk(graph.node, values, where)
+        _define(values, tensor.name, _initializer(tensor, where, limits), where)
+    macs, floats, largest = _walk(graph.node, values, where, limits)
     _require_outputs(values, signature.outputs, where)
     return NetworkCost(macs, floats, largest, size, tuple(_warnings(proto, where)))
 
@@ -141,11 +144,11 @@ def _require_features(proto: Any, where: str) -> None:
             fail("PLX_ONNX_FEATURE", where, feature=feature)
 
 
-def _require_counts(graph: Any, where: str) -> None:
-    if len(graph.node) > LIMITS.nodes:
-        _too_large(where, "nodes", len(graph.node), LIMITS.nodes)
-    if len(graph.initializer) > LIMITS.initializers:
-        _too_large(where, "initializers", len(graph.initializer), LIMITS.initializers)
+def _require_counts(graph: Any, where: str, limits: Limits) -> None:
+    if len(graph.node) > limits.nodes:
+        _too_large(where, "nodes", len(graph.node), limits.nodes)
+    if len(graph.initializer) > limits.initializers:
+        _too_large(where, "initializers", len(graph.initializer), limits.initializers)
     named = [node.name for node in graph.node if node.name]
     if len(set(named)) != len(named):
         fail("PLX_ONNX_DUPLICATE_NAME", where, name="of a node")
@@ -180,7 +183,7 @@ def _warnings(proto: Any, where: str) -> Iterator[Issue]:
 # Initializers
 
 
-def _initializer(tensor: Any, where: str) -> Tensor:
+def _initializer(tensor: Any, where: str, limits: Limits) -> Tensor:
     """A constant, read without a copy; only raw data of the declared size is accepted."""
     where = f"{where}:{tensor.name[:80]}"
     if tensor.data_location or len(tensor.external_data):
@@ -188,7 +191,7 @@ def _initializer(tensor: Any, where: str) -> Tensor:
     if tensor.data_type not in TYPES:
         fail("PLX_ONNX_TENSOR_TYPE", where, type=tensor.data_type)
     dtype, shape = TYPES[tensor.data_type], tuple(tensor.dims)
-    if len(shape) > LIMITS.tensor_rank or any(size < 1 for size in shape):
+    if len(shape) > limits.tensor_rank or any(size < 1 for size in shape):
         fail("PLX_ONNX_TENSOR_DATA", where, what=f"sizes {shape[:8]} are not allowed")
     if math.prod(shape) * dtype.itemsize != len(tensor.raw_data) or _has_other_data(tensor):
         fail("PLX_ONNX_TENSOR_DATA", where, what="raw data of the declared size is required")
@@ -215,43 +218,45 @@ def _define(values: dict[str, Tensor], name: str, tensor: Tensor, where: str) ->
     values[name] = tensor
 
 
-def _walk(nodes: Any, values: dict[str, Tensor], where: str) -> tuple[int, int, int]:
+def _walk(
+    nodes: Any, values: dict[str, Tensor], where: str, limits: Limits
+) -> tuple[int, int, int]:
     """Gives every value its shape: multiply-adds, floats, largest floats per sample."""
     macs = floats = largest = 0
     for index, proto in enumerate(nodes):
-        node = _node(proto, values, f"{where}:node {index}")
+        node = _node(proto, values, f"{where}:node {index}", limits)
         if all(tensor is None or tensor.value is not None for tensor in node.inputs):
             node.bad_shape("no input depends on the network's inputs")
         outputs = OPERATORS[node.op].rule(node)
         if len(outputs) != len(proto.output):
             fail("PLX_ONNX_ATTRIBUTE", node.where, what=f"{node.op} has {len(outputs)} outputs")
         for name, tensor in zip(proto.output, outputs, strict=True):
-            _require_size(tensor, node)
+            _require_size(tensor, node, limits)
             _define(values, name, tensor, node.where)
             floats, largest = floats + tensor.size, max(largest, tensor.size)
         macs += _products(node)
-        _require_cost(node.where, macs, floats)
+        _require_cost(node.where, macs, floats, limits)
     return macs, floats, largest
 
 
-def _node(proto: Any, values: dict[str, Tensor], where: str) -> Node:
+def _node(proto: Any, values: dict[str, Tensor], where: str, limits: Limits) -> Node:
     _require_domain(proto.domain, where)
     if proto.op_type not in OPERATORS or proto.overload:
         fail("PLX_ONNX_OP_NOT_ALLOWED", where, op=proto.op_type[:80])
     operator = OPERATORS[proto.op_type]
     count = len(proto.input)
-    if not operator.least <= count <= operator.most or len(proto.output) > LIMITS.node_outputs:
+    if not operator.least <= count <= operator.most or len(proto.output) > limits.node_outputs:
         what = f"{proto.op_type} with {count} inputs and {len(proto.output)} outputs"
         fail("PLX_ONNX_ATTRIBUTE", where, what=what)
     for name in proto.input:
         if name and name not in values:
             fail("PLX_ONNX_UNDEFINED_NAME", where, name=name[:80])
     inputs = tuple(values[name] if name else None for name in proto.input)
-    attributes = _attributes(proto, operator.attributes, where)
+    attributes = _attributes(proto, operator.attributes, where, limits)
     return Node(proto.op_type, where, inputs, attributes, len(proto.output))
 
 
-def _attributes(proto: Any, allowed: tuple[str, ...], where: str) -> dict[str, Any]:
+def _attributes(proto: Any, allowed: tuple[str, ...], where: str, limits: Limits) -> dict[str, Any]:
     attributes: dict[str, Any] = {}
     for attribute in proto.attribute:
         name = attribute.name
@@ -259,16 +264,16 @@ def _attributes(proto: Any, allowed: tuple[str, ...], where: str) -> dict[str, A
             fail("PLX_ONNX_SUBGRAPH", where, name=name[:80])
         if name not in allowed or name in attributes or attribute.ref_attr_name:
             fail("PLX_ONNX_ATTRIBUTE", where, what=f"{proto.op_type}: attribute {name[:80]!r}")
-        attributes[name] = _attribute(attribute, where)
+        attributes[name] = _attribute(attribute, where, limits)
     return attributes
 
 
-def _attribute(attribute: Any, where: str) -> Any:
+def _attribute(attribute: Any, where: str, limits: Limits) -> Any:
     """The value of an attribute of the type and range that its name has in ONNX."""
     name, kind = attribute.name, attribute.type
     if name in ("alpha", "beta") and kind == FLOAT_ATTRIBUTE:
         return attribute.f
-    if name == "perm" and kind == INTS and len(attribute.ints) <= LIMITS.tensor_rank:
+    if name == "perm" and kind == INTS and len(attribute.ints) <= limits.tensor_rank:
         return list(attribute.ints)
     if name in ("axis", "to") and kind == INT:
         return attribute.i
@@ -277,11 +282,11 @@ def _attribute(attribute: Any, where: str) -> Any:
     return fail("PLX_ONNX_ATTRIBUTE", where, what=f"{name}: wrong type or range")
 
 
-def _require_size(tensor: Tensor, node: Node) -> None:
-    if not tensor.size or len(tensor.shape) + 1 > LIMITS.tensor_rank:
+def _require_size(tensor: Tensor, node: Node, limits: Limits) -> None:
+    if not tensor.size or len(tensor.shape) + 1 > limits.tensor_rank:
         node.bad_shape(f"the result {tensor.shape} is empty or has too many axes")
-    if tensor.size > LIMITS.sample_floats:
-        _too_costly(node.where, tensor.size, "elements", LIMITS.sample_floats)
+    if tensor.size > limits.sample_floats:
+        _too_costly(node.where, tensor.size, "elements", limits.sample_floats)
 
 
 def _products(node: Node) -> int:
@@ -291,11 +296,11 @@ def _products(node: Node) -> int:
     return node.constant(1, (FLOAT,)).size
 
 
-def _require_cost(where: str, macs: int, floats: int) -> None:
-    if macs > LIMITS.sample_macs:
-        _too_costly(where, macs, "multiply-adds", LIMITS.sample_macs)
-    if floats > LIMITS.sample_floats_sum:
-        _too_costly(where, floats, "elements in all", LIMITS.sample_floats_sum)
+def _require_cost(where: str, macs: int, floats: int, limits: Limits) -> None:
+    if macs > limits.sample_macs:
+        _too_costly(where, macs, "multiply-adds", limits.sample_macs)
+    if floats > limits.sample_floats_sum:
+        _too_costly(where, floats, "elements in all", limits.sample_floats_sum)
 
 
 def _too_costly(where: str, size: int, what: str, limit: int) -> None:

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from purelight_format import strict_json
-from purelight_format.issues import Issue
-from purelight_format.limits import LIMITS
+from purelight_format.issues import Issue, plain
+from purelight_format.limits import LIMITS, Limits
 
 
 @dataclass(frozen=True)
@@ -24,10 +24,10 @@ class Report:
     truncated: bool = False
 
     @staticmethod
-    def of(issues: Iterable[Issue]) -> Report:
+    def of(issues: Iterable[Issue], limits: Limits = LIMITS) -> Report:
         """Collects issues, errors first, up to the limit."""
         ranked = sorted(issues, key=lambda found: not found.is_error)
-        return Report(tuple(ranked[: LIMITS.issues]), len(ranked) > LIMITS.issues)
+        return Report(tuple(ranked[: limits.issues]), len(ranked) > limits.issues)
 
     @property
     def errors(self) -> tuple[Issue, ...]:
@@ -51,7 +51,7 @@ class Report:
         """The report as JSON, see spec/schema/report.schema.json."""
         return strict_json.dumps(
             {
-                "path": path,
+                "path": plain(path),
                 "valid": self.valid,
                 "truncated": self.truncated,
                 "issues": [_to_json(found) for found in self.issues],
@@ -67,7 +67,7 @@ class Report:
         ]
         more = ", and more" if self.truncated else ""
         counts = f"{_count(self.errors, 'error')}, {_count(self.warnings, 'warning')}{more}"
-        lines.append(f"{path}: {'valid' if self.valid else 'INVALID'} ({counts})")
+        lines.append(f"{plain(path)}: {'valid' if self.valid else 'INVALID'} ({counts})")
         return "\n".join(lines)
 
 

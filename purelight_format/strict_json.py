@@ -4,33 +4,34 @@ from __future__ import annotations
 
 import json
 import math
+from collections import Counter
 from typing import Any, NoReturn
 
 from purelight_format.issues import fail
-from purelight_format.limits import LIMITS
+from purelight_format.limits import LIMITS, Limits
 
 
-def loads(data: bytes, where: str, max_bytes: int = LIMITS.manifest_bytes) -> Any:
+def loads(data: bytes, where: str, limits: Limits = LIMITS) -> Any:
     """Parses strict JSON.
 
     Arguments:
         data: UTF-8 without a byte-order mark.
         where: the location that issues name.
-        max_bytes: the largest accepted size.
+        limits: what is accepted.
 
     Raises:
         FormatError: With a PLX_JSON code.
     """
-    if len(data) > max_bytes:
-        fail("PLX_JSON_TOO_LARGE", where, size=len(data), limit=max_bytes)
+    if len(data) > limits.manifest_bytes:
+        fail("PLX_JSON_TOO_LARGE", where, size=len(data), limit=limits.manifest_bytes)
     text = _decode(data, where)
-    _require_depth(text, where)
+    _require_depth(text, where, limits.json_depth)
     try:
         value = json.loads(
             text,
             object_pairs_hook=lambda pairs: _unique(pairs, where),
-            parse_float=lambda number: _finite(number, where),
-            parse_int=lambda number: _integer(number, where),
+            parse_float=lambda number: _finite(number, where, limits.json_number_digits),
+            parse_int=lambda number: _integer(number, where, limits.json_number_digits),
             parse_constant=lambda name: _non_finite(name, where),
         )
         dumps(value)
@@ -56,7 +57,7 @@ def _decode(data: bytes, where: str) -> str:
     return text
 
 
-def _require_depth(text: str, where: str) -> None:
+def _require_depth(text: str, where: str, limit: int) -> None:
     """Bounds the nesting before the recursive parser sees the text."""
     depth, quoted, escaped = 0, False, False
     for character in text:
@@ -67,8 +68,8 @@ def _require_depth(text: str, where: str) -> None:
             quoted = True
         elif character in "[{":
             depth += 1
-            if depth > LIMITS.json_depth:
-                fail("PLX_JSON_TOO_DEEP", where, limit=LIMITS.json_depth)
+            if depth > limit:
+                fail("PLX_JSON_TOO_DEEP", where, limit=limit)
         elif character in "]}":
             depth -= 1
 
@@ -76,19 +77,18 @@ def _require_depth(text: str, where: str) -> None:
 def _unique(pairs: list[tuple[str, Any]], where: str) -> dict[str, Any]:
     result = dict(pairs)
     if len(result) != len(pairs):
-        names = [name for name, _ in pairs]
-        twice = next(name for name in names if names.count(name) > 1)
-        fail("PLX_JSON_DUPLICATE_KEY", where, key=twice[:80])
+        counts = Counter(name for name, _ in pairs)
+        fail("PLX_JSON_DUPLICATE_KEY", where, key=counts.most_common(1)[0][0][:80])
     return result
 
 
-def _finite(number: str, where: str) -> float:
-    value = float(number) if len(number) <= LIMITS.json_number_digits else math.inf
+def _finite(number: str, where: str, digits: int) -> float:
+    value = float(number) if len(number) <= digits else math.inf
     return value if math.isfinite(value) else _non_finite(number, where)
 
 
-def _integer(number: str, where: str) -> int:
-    if len(number) > LIMITS.json_number_digits:
+def _integer(number: str, where: str, digits: int) -> int:
+    if len(number) > digits:
         _non_finite(number, where)
     return int(number)
 

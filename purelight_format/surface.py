@@ -10,6 +10,7 @@ import numpy as np
 from purelight_format import npy
 from purelight_format.geometry import BoundingSphere
 from purelight_format.issues import Issue, fail, issue
+from purelight_format.limits import LIMITS, Limits
 
 MEMBERS = {
     "positions": ("surface/positions.npy", "<f4"),
@@ -43,17 +44,18 @@ class Surface:
         return npy.to_members(arrays)
 
     @staticmethod
-    def from_members(read: Callable[[str], bytes]) -> Surface:
+    def from_members(read: Callable[[str], bytes], limits: Limits = LIMITS) -> Surface:
         """Reads and checks a surface.
 
         Arguments:
             read: returns the bytes of a member.
+            limits: what is accepted.
 
         Raises:
             FormatError: With a PLX_NPY or PLX_SURFACE code.
         """
         arrays = {
-            field: npy.loads(read(member), member, dtype)
+            field: npy.loads(read(member), member, dtype, limits)
             for field, (member, dtype) in MEMBERS.items()
         }
         for field, array in arrays.items():

@@ -1,87 +1,193 @@
 """Vetting of a bundle's USD layer by its words alone, before any USD library opens it.
 
 OpenUSD composes what a layer names, from any place the process can read; so a layer may only name
-members of its own bundle, and no other layer.
+members of its own bundle, and may not compose at all.
 """
 
 from __future__ import annotations
 
+import codecs
 import posixpath
 import re
+from bisect import bisect_right
 from collections.abc import Container, Iterator
-from itertools import pairwise
+from typing import NamedTuple, NoReturn
 
 from purelight_format.issues import Issue, fail, issue
-from purelight_format.limits import LIMITS
+from purelight_format.limits import LIMITS, Limits
 from purelight_format.usd_schema import SCHEMA
 
+HEADER = b"#usda 1.0\n"
 ENDINGS = (".usd", ".usda", ".usdc", ".usdz")
-TOKEN = re.compile(
-    r"""
-      (?P<comment> \#[^\n]* )
-    | (?P<string>  \"{3} (?: \\. | [^\\] )*? \"{3} | '{3} (?: \\. | [^\\] )*? '{3}
-                 | \" (?: \\. | [^"\\\n] )* \" | ' (?: \\. | [^'\\\n] )* ' )
-    | (?P<asset>   @@@ .*? (?<!\\) @@@ | @ [^@\n]* @ )
-    | (?P<other>   [^"'@\#]+ )
-    """,
-    re.VERBOSE | re.DOTALL,
-)
-METRES = re.compile(r"\bmetersPerUnit\s*=\s*1(\.0*)?\s*$", re.MULTILINE)
+COMPOSING = (b"subLayers", b"references", b"payload", b"inherits", b"specializes", b"variant",
+             b"clips", b"relocates", b"expressionVariables")  # fmt: skip
+CHUNK = 1 << 20
+METADATA = 1 << 16  # Bytes from the beginning in which the layer's own metadata must end.
 
-Tokens = list[tuple[str, str]]
+OPENING = re.compile(rb"""["'@#/]""")
+ENDS = {
+    b'"""': re.compile(rb'\\|"""'), b"'''": re.compile(rb"\\|'''"),
+    b"@@@": re.compile(rb"\\@@@|@@@"),
+    b'"': re.compile(rb'[\\"\n]'), b"'": re.compile(rb"[\\'\n]"), b"@": re.compile(rb"[@\n]"),
+    b"#": re.compile(rb"\n"),
+}  # fmt: skip
+APPLIED = re.compile(rb"\bapiSchemas\s*=\s*\[?\s*")
 
 
-def check(data: bytes, name: str, members: Container[str]) -> Iterator[Issue]:
+class Word(NamedTuple):
+    """A quotation, an asset path or a comment: its delimiter and where it lies."""
+
+    mark: bytes
+    start: int
+    end: int
+
+
+def check(
+    data: bytes, name: str, members: Container[str], limits: Limits = LIMITS
+) -> Iterator[Issue]:
     """Checks a layer.
 
     Arguments:
         data: its bytes.
         name: the member it is.
         members: the names of the bundle's members.
+        limits: what is accepted.
 
     Raises:
         FormatError: If its text cannot be read at all.
     """
-    tokens = _tokens(data, name)
-    words = "".join(text for kind, text in tokens if kind == "other")
-    strings = [text[1:-1] for kind, text in tokens if kind == "string"]
-    if not _assigned(tokens, "defaultPrim"):
+    _require_text(data, name, limits)
+    words = list(_words(data, name, limits))
+    metadata = _metadata(data, words)
+    if not re.search(r'^\s*defaultPrim\s*=\s*"\w', metadata, re.M):
         yield issue("PLX_USD_NO_DEFAULT_PRIM", name)
-    if SCHEMA not in strings:
+    if not _applies_schema(data, words):
         yield issue("PLX_USD_SCHEMA_MISSING", name)
-    if not METRES.search(words) or _assigned(tokens, "upAxis") != '"Z"':
+    if not _in_metres(metadata):
         yield issue("PLX_USD_METERS_PER_UNIT", name)
-    for kind, text in tokens:
-        if kind == "asset":
-            yield from _check_path(text.strip("@"), name, members)
+    for keyword in COMPOSING:
+        if _stands(data, words, keyword):
+            yield issue("PLX_USD_COMPOSITION", name, word=keyword.decode())
+    for path in paths(data, words):
+        yield from _check_path(path, name, members)
 
 
-def _tokens(data: bytes, name: str) -> Tokens:
-    if len(data) > LIMITS.layer_bytes:
-        fail("PLX_MEMBER_TOO_LARGE", name, size=len(data), limit=LIMITS.layer_bytes)
-    try:
-        text = data.decode()
-    except UnicodeDecodeError as error:
-        fail("PLX_USD_SYNTAX", f"{name}:byte {error.start}", what="the text is not UTF-8")
-    if not text.startswith("#usda 1.0\n") or "\0" in text:
+def paths(data: bytes, words: list[Word]) -> Iterator[str]:
+    """The asset paths of a layer."""
+    for mark, start, end in words:
+        if mark in (b"@", b"@@@"):
+            yield data[start + len(mark) : end - len(mark)].decode()
+
+
+# The text
+
+
+def _require_text(data: bytes, name: str, limits: Limits) -> None:
+    if len(data) > limits.layer_bytes:
+        fail("PLX_MEMBER_TOO_LARGE", name, size=len(data), limit=limits.layer_bytes)
+    if not data.startswith(HEADER) or b"\0" in data:
         fail("PLX_USD_SYNTAX", name, what="this is no layer of USD text")
-    tokens, position = [], 0
-    while position < len(text):
-        match = TOKEN.match(text, position)
-        if match is None:
-            fail("PLX_USD_SYNTAX", f"{name}:character {position}", what="a quotation has no end")
-        tokens.append((str(match.lastgroup), match[0]))
-        position = match.end()
-    return tokens
+    decoder = codecs.getincrementaldecoder("utf-8")()
+    try:
+        for start in range(0, len(data), CHUNK):
+            decoder.decode(data[start : start + CHUNK], start + CHUNK >= len(data))
+    except UnicodeDecodeError:
+        fail("PLX_USD_SYNTAX", name, what="the text is not UTF-8")
 
 
-def _assigned(tokens: Tokens, field: str) -> str:
-    """The first string that is assigned to a field, with its quotation marks."""
-    ending = re.compile(rf"\b{field}\s*=\s*$")
-    for (_, before), (kind, text) in pairwise(tokens):
-        if kind == "string" and ending.search(before[-80:]):
-            return text
+def _words(data: bytes, name: str, limits: Limits) -> Iterator[Word]:
+    """Quotations, asset paths and comments; what lies between them has no meaning of its own."""
+    position, left = len(HEADER), limits.layer_words
+    while (found := OPENING.search(data, position)) is not None:
+        start, position, left = found.start(), found.end(), left - 1
+        mark = _mark(data, start)
+        if mark in (b"//", b"/*"):  # Comments for USD, which could hide a path from this check.
+            _broken(name, start, "a comment must begin with #")
+        if mark != b"/":
+            position, left = _end(data, name, mark, start, left)
+            yield Word(mark, start, position)
+        if left < 0:
+            fail("PLX_USD_TOO_COMPLEX", name, limit=limits.layer_words)
+
+
+def _mark(data: bytes, start: int) -> bytes:
+    """The delimiter at a place, the longest that fits."""
+    three, two = data[start : start + 3], data[start : start + 2]
+    return three if three in ENDS else two if two in (b"//", b"/*") else three[:1]
+
+
+def _end(data: bytes, name: str, mark: bytes, start: int, left: int) -> tuple[int, int]:
+    """Where a word ends, and how many words may still follow; an escape counts as one."""
+    position = start + len(mark)
+    while left >= 0:
+        found = ENDS[mark].search(data, position)
+        if found is None and mark == b"#":
+            return len(data), left
+        if found is None or (found[0] == b"\n" and mark != b"#"):
+            _broken(name, start, "a quotation has no end")
+        position = found.end()
+        if found[0] == mark or mark == b"#":
+            break
+        position, left = position + (1 if mark != b"@@@" else 0), left - 1
+    return position, left
+
+
+def _broken(name: str, place: int, what: str) -> NoReturn:
+    fail("PLX_USD_SYNTAX", f"{name}:byte {place}", what=what)
+
+
+# Its meaning
+
+
+def _metadata(data: bytes, words: list[Word]) -> str:
+    """The layer's own fields: the first parenthesis, without dictionaries, lists and texts."""
+    depth, text, position = 0, "", len(HEADER)
+    for mark, start, end in [*words, Word(b"#", METADATA, METADATA)]:
+        for character in data[position : min(start, METADATA)].decode(errors="replace"):
+            if depth == 0 and not character.isspace() and character != "(":
+                return ""
+            depth += (character in "([{") - (character in ")]}")
+            if depth == 0 and character == ")":
+                return text
+            text += character if depth == 1 and character != "(" else ""
+        if depth == 1 and mark == b'"' and end - start < 80:
+            text += '"' + re.sub(r"\W", "", data[start:end].decode(errors="replace")) + '"'
+        position = end
+        if position >= METADATA:
+            break
     return ""
+
+
+def _in_metres(metadata: str) -> bool:
+    metres = re.findall(r"metersPerUnit\s*=\s*([^\s;]*)", metadata)
+    axes = re.findall(r"upAxis\s*=\s*(\S*)", metadata)
+    return len(metres) == 1 and bool(re.fullmatch(r"1(\.0*)?", metres[0])) and axes == ['"Z"']
+
+
+def _applies_schema(data: bytes, words: list[Word]) -> bool:
+    """Whether the API is in a list of applied schemas, not merely in a text."""
+    inside, before = False, len(HEADER)
+    for mark, start, end in words:
+        gap = data[max(before, start - 80) : start]
+        inside = bool(APPLIED.search(gap) and gap.rstrip().endswith((b"=", b"["))) or (
+            inside and gap.strip() == b","
+        )
+        if inside and mark == b'"' and data[start + 1 : end - 1] == SCHEMA.encode():
+            return True
+        before = end
+    return False
+
+
+def _stands(data: bytes, words: list[Word], keyword: bytes) -> bool:
+    """Whether a keyword stands in the text outside of quotations, paths and comments."""
+    starts = [word.start for word in words]
+    position = data.find(keyword)
+    while position >= 0:
+        index = bisect_right(starts, position) - 1
+        if index < 0 or words[index].end <= position:
+            return True
+        position = data.find(keyword, words[index].end)
+    return False
 
 
 def _check_path(path: str, name: str, members: Container[str]) -> Iterator[Issue]:

@@ -9,11 +9,22 @@ from pathlib import Path
 
 import numpy as np
 
-from purelight_format import container, manifest, members, reference, surface, usd_layer, vectors
+from purelight_format import (
+    container,
+    manifest,
+    members,
+    png,
+    reference,
+    side_layer,
+    surface,
+    usd_layer,
+    vectors,
+)
 from purelight_format.container import Entry
 from purelight_format.errors import PureLightError
-from purelight_format.issues import FormatError, Issue, fail, issue
-from purelight_format.limits import LIMITS
+from purelight_format.files import read_file
+from purelight_format.issues import Findings, FormatError, Issue, fail, issue
+from purelight_format.limits import LIMITS, Limits
 from purelight_format.manifest import Manifest, NetworkInfo
 from purelight_format.members import EXTENSIONS, MANIFEST, PHOTOMETRY, PREVIEW
 from purelight_format.onnx_profile import inspect
@@ -21,7 +32,6 @@ from purelight_format.report import Report
 from purelight_format.surface import Surface
 from purelight_format.vectors import SIGNATURES, Vectors
 
-PNG = b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR"
 LOOSE = 0.2  # A tolerance above this part of its value would let a wrong host pass.
 
 
@@ -31,18 +41,21 @@ class Examination:
 
     Arguments:
         data: the whole file.
+        limits: what is accepted.
         entries: its members, once the container is known to be sound.
-        issues: findings of all stages.
     """
 
     data: bytes
+    limits: Limits = LIMITS
     entries: dict[str, Entry] = field(default_factory=dict)
-    issues: list[Issue] = field(default_factory=list)
     _manifest: Manifest | None = None
+
+    def __post_init__(self) -> None:
+        self.findings = Findings(self.limits.issues)
 
     @property
     def report(self) -> Report:
-        return Report.of(self.issues)
+        return Report.of(self.findings, self.limits)
 
     @property
     def manifest(self) -> Manifest:
@@ -68,60 +81,70 @@ class Examination:
     def find(self, stage: Stage) -> None:
         """Runs a stage; a fault it cannot go on from is its last issue."""
         try:
-            self.issues.extend(stage(self))
+            for found in stage(self):
+                self.findings.add(found)
         except FormatError as error:
-            self.issues.append(error.issue)
+            self.findings.add(error.issue)
 
 
 Stage = Callable[[Examination], Iterator[Issue]]
 
 
-def validate(source: str | Path | bytes) -> Report:
-    """Checks a bundle completely.
+def validate(source: str | Path | bytes, limits: Limits = LIMITS) -> Report:
+    """Checks a bundle completely, and the USD layer that lies beside it under its name.
 
-    No byte string makes it raise, run code, open another file, or take more memory than a small
-    multiple of the file and the golden vectors' evaluation.
+    No byte string makes it raise, run code, open a file besides these two, or take more memory
+    than a small multiple of the file and the golden vectors' evaluation.
 
     Arguments:
         source: the bytes of a bundle, or the path of one.
+        limits: what is accepted; lower limits than those of the format refuse more.
 
     Raises:
         PureLightError: If the path cannot be read, or the onnx package is not installed.
     """
-    data = source if isinstance(source, bytes) else read_file(Path(source))
-    return examine(data).report
+    if isinstance(source, bytes):
+        return examine(source, limits=limits).report
+    examination = examine_file(Path(source), limits=limits)
+    if not examination.findings.errors:
+        digest = hashlib.sha256(examination.read(MANIFEST)).hexdigest()
+        examination.find(lambda _: side_layer.check(Path(source), digest, limits))
+    return examination.report
 
 
-def read_file(path: Path) -> bytes:
-    """Reads at most one byte more than a bundle may have.
+def examine_file(path: Path, depth: int = 3, limits: Limits = LIMITS) -> Examination:
+    """Reads a file and examines its bytes, see `examine`; one that is too large is not read.
 
     Raises:
         PureLightError: If the file cannot be read.
     """
     try:
-        with open(path, "rb") as file:
-            return file.read(LIMITS.file_bytes + 1)
-    except OSError as error:
-        raise PureLightError(f"{path}: cannot read: {error.strerror}") from error
+        return examine(read_file(path, limits.file_bytes), depth, limits)
+    except FormatError as error:
+        examination = Examination(b"", limits)
+        examination.findings.add(error.issue)
+        return examination
 
 
-def examine(data: bytes, depth: int = 3) -> Examination:
+def examine(data: bytes, depth: int = 3, limits: Limits = LIMITS) -> Examination:
     """Runs the stages and stops after the first one that finds an error.
 
     Arguments:
         data: the whole file.
-        depth: 1 for container, manifest and digests; 2 also for the content of every member;
-            3 also for the values that the networks give on their golden vectors.
+        depth: 1 for container, manifest, digests and the USD layer; 2 also for the content of
+            every other member; 3 also for the values that the networks give on their golden
+            vectors.
+        limits: what is accepted.
     """
     stages: tuple[tuple[Stage, ...], ...] = (
-        (_container, _manifest, _digests),
-        (_members, _networks, _surface, _layer, _vectors),
+        (_container, _manifest, _digests, _layer),
+        (_members, _networks, _surface, _vectors),
         (_values,),
     )
-    examination = Examination(data)
+    examination = Examination(data, limits)
     for stage in (stage for group in stages[:depth] for stage in group):
         examination.find(stage)
-        if any(found.is_error for found in examination.issues):
+        if examination.findings.errors:
             break
     return examination
 
@@ -130,20 +153,23 @@ def examine(data: bytes, depth: int = 3) -> Examination:
 
 
 def _container(examination: Examination) -> Iterator[Issue]:
-    examination.entries = container.scan(examination.data)
+    examination.entries = container.scan(examination.data, examination.limits)
     yield from ()
 
 
 def _manifest(examination: Examination) -> Iterator[Issue]:
     if MANIFEST not in examination.entries:
         fail("PLX_MANIFEST_MISSING", "file")
-    examination._manifest, issues = manifest.examine(examination.read(MANIFEST))
+    data = examination.read(MANIFEST)
+    examination._manifest, issues = manifest.examine(data, examination.limits)
     yield from issues
 
 
 def _digests(examination: Examination) -> Iterator[Issue]:
     """The manifest lists every member but itself, with size and digest."""
     listed, entries = examination.manifest.members, examination.entries
+    if MANIFEST in listed:
+        fail("PLX_MANIFEST_SCHEMA", f"{MANIFEST}/members", expected="must not list the manifest")
     for name in sorted(listed.keys() - entries.keys()):
         yield issue("PLX_MANIFEST_MEMBER_MISSING", f"{MANIFEST}/members", member=name)
     for name in entries:
@@ -160,34 +186,40 @@ def _digests(examination: Examination) -> Iterator[Issue]:
             yield issue("PLX_MANIFEST_DIGEST_MISMATCH", name, what="SHA-256")
 
 
+def _layer(examination: Examination) -> Iterator[Issue]:
+    first = next(iter(examination.entries))
+    layers = [n for n in examination.entries if n.lower().endswith(usd_layer.ENDINGS)]
+    if layers != [first] or not first.endswith(".usda"):
+        fail("PLX_USD_NOT_FIRST", first)
+    data, limits = examination.read(first), examination.limits
+    yield from usd_layer.check(data, first, examination.entries, limits)
+
+
 # Content of the members
 
 
 def _members(examination: Examination) -> Iterator[Issue]:
     """Which members there are, and the small ones for people."""
-    first = next(iter(examination.entries))
-    layers = [n for n in examination.entries if n.lower().endswith(usd_layer.ENDINGS)]
-    if layers != [first] or not first.endswith(".usda"):
-        yield issue("PLX_USD_NOT_FIRST", first)
-    known = {*layers, MANIFEST, PHOTOMETRY, PREVIEW}
+    known = {next(iter(examination.entries)), MANIFEST, PHOTOMETRY, PREVIEW}
     known.update(member for member, _ in surface.MEMBERS.values())
     for network in examination.networks:
         known.update((members.network(network), *vectors.layout(network)))
     for name in examination.entries:
         if name not in known and not name.startswith(EXTENSIONS):
             yield issue("PLX_MEMBER_UNKNOWN", name)
-    for name, start in ((PREVIEW, PNG), (PHOTOMETRY, b"IES")):
+    for name in (PREVIEW, PHOTOMETRY):
         if name in examination.entries:
-            yield from _small(examination, name, start)
+            yield from _small(examination, name)
 
 
-def _small(examination: Examination, name: str, start: bytes) -> Iterator[Issue]:
-    size = examination.entries[name].size
-    if size > LIMITS.picture_bytes:
-        yield issue("PLX_MEMBER_TOO_LARGE", name, size=size, limit=LIMITS.picture_bytes)
-    elif not examination.read(name).startswith(start):
-        code = "PLX_PREVIEW_INVALID" if name == PREVIEW else "PLX_PHOTOMETRY_INVALID"
-        yield issue(code, name)
+def _small(examination: Examination, name: str) -> Iterator[Issue]:
+    size, limits = examination.entries[name].size, examination.limits
+    if size > limits.picture_bytes:
+        yield issue("PLX_MEMBER_TOO_LARGE", name, size=size, limit=limits.picture_bytes)
+    elif name == PREVIEW:
+        yield from png.check(examination.read(name), name, limits)
+    elif not examination.read(name).startswith(b"IES"):
+        yield issue("PLX_PHOTOMETRY_INVALID", name)
 
 
 def _networks(examination: Examination) -> Iterator[Issue]:
@@ -208,7 +240,7 @@ def _network(examination: Examination, name: str, info: NetworkInfo) -> Iterator
     where, member = f"{MANIFEST}/networks/{name}", members.network(name)
     if info.member != member:
         fail("PLX_MANIFEST_SCHEMA", where, expected=f"member must be {member}")
-    cost = inspect(examination.read(member), name, member)
+    cost = inspect(examination.read(member), name, member, examination.limits)
     yield from cost.warnings
     for figure in ("macs_per_sample", "floats_per_sample", "bytes"):
         stated, actual = getattr(info, figure), getattr(cost, figure)
@@ -218,13 +250,8 @@ def _network(examination: Examination, name: str, info: NetworkInfo) -> Iterator
 
 
 def _surface(examination: Examination) -> Iterator[Issue]:
-    found = Surface.from_members(examination.read)
+    found = Surface.from_members(examination.read, examination.limits)
     yield from found.issues(examination.manifest.bounding_sphere, examination.manifest.flux)
-
-
-def _layer(examination: Examination) -> Iterator[Issue]:
-    name = next(iter(examination.entries))
-    yield from usd_layer.check(examination.read(name), name, examination.entries)
 
 
 # Golden vectors
@@ -235,7 +262,7 @@ def _vectors(examination: Examination) -> Iterator[Issue]:
         if not any(member in examination.entries for member in vectors.layout(network)):
             yield issue("PLX_GOLDEN_MISSING", "vectors", network=network)
             continue
-        found = Vectors.from_members(network, examination.read)
+        found = Vectors.from_members(network, examination.read, examination.limits)
         for name, tolerance in found.tolerances.items():
             ratio = _looseness(found.outputs[name], tolerance, examination.manifest)
             if ratio > LOOSE:
@@ -253,7 +280,7 @@ def _looseness(output: np.ndarray, tolerance: np.ndarray, manifest: Manifest) ->
 def _values(examination: Examination) -> Iterator[Issue]:
     """The networks must give what their golden vectors say, here evaluated in float32."""
     for network in examination.networks:
-        golden = Vectors.from_members(network, examination.read)
+        golden = Vectors.from_members(network, examination.read, examination.limits)
         model = examination.read(members.network(network))
         try:
             results = reference.evaluate(model, golden.inputs, np.float32)

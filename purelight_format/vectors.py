@@ -12,7 +12,7 @@ import numpy as np
 from purelight_format import npy
 from purelight_format.errors import PureLightError
 from purelight_format.issues import fail
-from purelight_format.limits import LIMITS
+from purelight_format.limits import LIMITS, Limits
 
 Shapes = dict[str, tuple[int, ...]]
 
@@ -62,12 +62,15 @@ class Vectors:
         return npy.to_members(arrays)
 
     @staticmethod
-    def from_members(network: str, read: Callable[[str], bytes]) -> Vectors:
+    def from_members(
+        network: str, read: Callable[[str], bytes], limits: Limits = LIMITS
+    ) -> Vectors:
         """Reads and checks the vectors of a network.
 
         Arguments:
             network: a key of `SIGNATURES`.
             read: returns the bytes of a member.
+            limits: what is accepted.
 
         Raises:
             FormatError: With a PLX_NPY or PLX_GOLDEN code.
@@ -75,20 +78,20 @@ class Vectors:
         groups: tuple[dict[str, np.ndarray], ...] = ({}, {}, {})
         count = None
         for member, (group, name, dtype, shape) in layout(network).items():
-            array = npy.loads(read(member), member, dtype)
+            array = npy.loads(read(member), member, dtype, limits)
             npy.require_shape(array, member, (count, *shape))
             groups[group][name], count = array, len(array)
         vectors = Vectors(network, *groups)
-        vectors._require_sane()
+        vectors._require_sane(limits.vectors)
         return vectors
 
     def __len__(self) -> int:
         return len(next(iter(self.inputs.values())))
 
-    def _require_sane(self) -> None:
-        if not 1 <= len(self) <= LIMITS.vectors:
+    def _require_sane(self, most: int) -> None:
+        if not 1 <= len(self) <= most:
             where = f"vectors/{self.network}"
-            fail("PLX_GOLDEN_SHAPE", where, count=len(self), limit=LIMITS.vectors)
+            fail("PLX_GOLDEN_SHAPE", where, count=len(self), limit=most)
         for name, tolerance in self.tolerances.items():
             if (tolerance < 0).any():
                 fail("PLX_GOLDEN_TOLERANCE_INVALID", f"vectors/{self.network}.{name}")

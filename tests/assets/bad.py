@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import struct
 from collections.abc import Callable
 from contextlib import suppress
@@ -12,7 +13,7 @@ import numpy as np
 import onnx
 from onnx import TensorProto, helper, numpy_helper
 
-from purelight_format import container, npy
+from purelight_format import container, npy, usd_asset
 from purelight_format.issues import FormatError
 from purelight_format.limits import LIMITS
 from tests.assets import lamp
@@ -21,6 +22,7 @@ Asset = Callable[[], bytes]
 Proto = onnx.ModelProto
 
 ASSETS: dict[str, list[Asset]] = {}
+BESIDE: dict[str, list[Asset]] = {}  # Makers of layers that lie beside the good lamp.
 APPEARANCE = "networks/appearance.onnx"
 
 
@@ -118,7 +120,7 @@ def directory_crc() -> tuple[bytes, bytes]:
 
 def unchecked(members: list[tuple[str, bytes]], gap: bytes = b"") -> bytes:
     """An archive without the writer's own checks."""
-    data, entries = b"", []
+    data, entries = bytearray(), []
     for name, content in members:
         start = len(data) + 30 + len(name) + len(container._padding(len(data), name))
         item = container.Entry(name, len(data), start, len(content), 0)
@@ -126,7 +128,7 @@ def unchecked(members: list[tuple[str, bytes]], gap: bytes = b"") -> bytes:
         data += container._local(item) + content
     data += gap
     directory = b"".join(map(container._central, entries))
-    return data + directory + container._end(len(entries), len(directory), len(data))
+    return bytes(data) + directory + container._end(len(entries), len(directory), len(data))
 
 
 asset("PLX_ZIP_GAP")(lambda: unchecked([("a", b"")], gap=bytes(64)))
@@ -166,6 +168,17 @@ def edited(path: str, value: Any) -> bytes:
             root[last] = value
 
     return lamp.seal(lamp.good(), edit)
+
+
+def listed(name: str, entry: Any, more: dict[str, bytes] | None = None) -> bytes:
+    """The good lamp with another entry of the manifest for a member; None removes it."""
+
+    def edit(root: dict[str, Any]) -> None:
+        root["members"][name] = entry
+        if entry is None:
+            del root["members"][name]
+
+    return lamp.seal({**lamp.good(), **(more or {})}, edit)
 
 
 def good_text() -> bytes:
@@ -483,11 +496,11 @@ POSITIONS, TRIANGLES = "surface/positions.npy", "surface/triangles.npy"
 FLUX = "surface/triangle_flux.npy"
 
 
-def header(text: bytes) -> bytes:
+def header(text: bytes, data: bytes = bytes(72)) -> bytes:
     """The positions behind another header."""
     fill = -(10 + len(text) + 1) % 64
     start = npy.MAGIC + (len(text) + fill + 1).to_bytes(2, "little")
-    return member(POSITIONS, start + text + b" " * fill + b"\n" + bytes(72))
+    return member(POSITIONS, start + text + b" " * fill + b"\n" + data)
 
 
 asset("PLX_NPY_HEADER")(lambda: member(POSITIONS, b"no array"))
@@ -548,11 +561,23 @@ asset("PLX_USD_PATH")(lambda: layer("@./manifest.json@", "@./../secret.json@"))
 asset("PLX_USD_PATH")(lambda: layer("@./manifest.json@", "@manifest.json@"))
 asset("PLX_USD_PATH")(lambda: layer("@./manifest.json@", "@@@http://host/x@@@"))
 asset("PLX_USD_PATH_DANGLING")(lambda: layer("@./manifest.json@", "@./other.json@"))
-asset("PLX_USD_REFERENCES_LAYER")(
-    lambda: layer('    upAxis = "Z"', '    upAxis = "Z"\n    subLayers = [@./outside.usda@]')
-)
+asset("PLX_USD_REFERENCES_LAYER")(lambda: layer("@./manifest.json@", "@./outside.usda@"))
 asset("PLX_USD_METERS_PER_UNIT")(lambda: layer("metersPerUnit = 1", "metersPerUnit = 0.01"))
 asset("PLX_USD_METERS_PER_UNIT")(lambda: layer('upAxis = "Z"', 'upAxis = "Y"'))
+
+
+# The layer beside a bundle
+
+
+def side_digest() -> str:
+    """The digest of the good lamp."""
+    return hashlib.sha256(lamp.good()["manifest.json"]).hexdigest()
+
+
+def side_text() -> str:
+    """The layer that belongs beside the good lamp as lamp.plux."""
+    paths = usd_asset.Paths("./lamp.plux", "./lamp.usda", side_digest())
+    return usd_asset.layer_text(lamp.parts()[0], lamp.surface(), paths)
 
 
 # Golden vectors, pictures and others

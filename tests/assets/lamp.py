@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import functools
 import hashlib
 import json
@@ -22,7 +23,9 @@ from purelight_format.vectors import SIGNATURES, Vectors
 SPHERE = BoundingSphere((0.0, 0.0, 0.5), 0.1)
 FLUX = (4.0, 2.0, 1.0)
 SCALE = 10.0
-PNG = b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR and no picture"
+PNG = base64.b64decode(  # One grey pixel.
+    "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAAAAAA6fptVAAAACklEQVR4nGNoAAAAggCBd81ytgAAAABJRU5ErkJggg=="
+)
 Members = dict[str, bytes]
 Nodes = list[onnx.NodeProto]
 
@@ -177,3 +180,8 @@ def seal(content: Members, edit: Callable[[dict[str, Any]], None] | None = None)
     if edit:
         edit(value)
     return container.pack({**content, "manifest.json": json.dumps(value).encode()})
+
+
+def seal_as_written() -> bytes:
+    """The file that `bundle.write` makes of the lamp."""
+    return container.pack(good())

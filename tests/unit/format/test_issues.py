@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from pathlib import Path
 
@@ -9,40 +10,42 @@ import pytest
 
 from purelight_format.issues import CODES, Severity
 from purelight_format.issues_document import document
-from purelight_format.validate import validate
-from tests.assets import lamp
-from tests.assets.bad import ASSETS, Asset
+from tests.assets import bad, golden_reports, lamp
 
 SPEC = Path(__file__).parents[3] / "spec"
-CASES = [
-    pytest.param(code, maker, id=f"{code}-{k}")
-    for code, makers in ASSETS.items()
-    for k, maker in enumerate(makers)
-]
 # A warning of its own that comes with the error, as the asset cannot be made without it.
 COMPANIONS = {
     "PLX_SURFACE_OUTSIDE_SPHERE": {"PLX_SURFACE_FLUX_CLOSURE"},
     "PLX_MANIFEST_NETWORK_MISSING": {"PLX_MEMBER_UNKNOWN"},
+    "PLX_MANIFEST_SCHEMA": {"PLX_MANIFEST_UNKNOWN_FIELD"},
+    "PLX_MEMBER_TOO_LARGE": set(),
 }
+GOLDEN = json.loads(golden_reports.PATH.read_text())
 
 
-def test_the_good_lamp_has_no_issue() -> None:
-    assert validate(lamp.seal(lamp.good())).issues == ()
+def test_the_good_lamp_has_no_issue(tmp_path: Path) -> None:
+    assert golden_reports.report_of(None, lamp.seal(lamp.good()), tmp_path).issues == ()
+    assert golden_reports.report_of(bad.side_text().encode(), None, tmp_path).issues == ()
 
 
-@pytest.mark.parametrize(("code", "maker"), CASES)
-def test_a_bad_asset_has_its_issue_and_no_other(code: str, maker: Asset) -> None:
-    report = validate(maker())
+@pytest.mark.parametrize("name", golden_reports.NAMES)
+def test_a_bad_asset_has_its_golden_report(name: str, tmp_path: Path) -> None:
+    report = golden_reports.report(name, tmp_path)
+    code = name.split("-")[0]
     found = {issue.code.name for issue in report.issues}
     assert code in found
     assert found <= {code} | COMPANIONS.get(code, set())
     assert report.valid == (CODES[code].severity is Severity.WARNING)
     assert all(issue.message.isprintable() and issue.location for issue in report.issues)
-    assert not any("{" in issue.message for issue in report.issues)
+    for issue in report.issues:
+        assert not any(blank in issue.message for blank in re.findall(r"{.*?}", issue.code.message))
+    assert golden_reports.lines(report) == GOLDEN[name], golden_reports.REMEDY
 
 
-def test_every_code_has_a_bad_asset() -> None:
-    assert set(ASSETS) == set(CODES)
+def test_every_code_has_a_bad_asset_and_a_golden_report() -> None:
+    assert {name.split("-")[0] for name in golden_reports.NAMES} == set(CODES)
+    assert {line.split()[1] for lines in GOLDEN.values() for line in lines} == set(CODES)
+    assert list(GOLDEN) == golden_reports.NAMES
 
 
 def test_codes_are_named_by_stage() -> None:
