@@ -25,6 +25,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--width", type=int, help="of the picture, instead of the scene's")
     parser.add_argument("--camera", help="of a USD stage, the path of its prim")
     parser.add_argument("--frame", type=float, help="of a USD stage, its time code")
+    parser.add_argument("--aovs", action="store_true", help="add albedo, normal and depth layers")
     parser.add_argument("--denoise", action="store_true", help="needs an NVIDIA GPU (OptiX)")
     parser.add_argument("--variant", default="llvm_ad_rgb")
     parser.add_argument("--seed", type=int, default=0)
@@ -73,7 +74,7 @@ def _render(arguments: argparse.Namespace) -> int:
     mi.set_log_level(mi.LogLevel.Error)
 
     from purelight_format import atomic
-    from purelight_mitsuba import passes
+    from purelight_mitsuba import first_hit, passes
     from purelight_mitsuba.integrator import SpoiltWarning
     from purelight_onnx.picture import png, write_exr
 
@@ -87,7 +88,8 @@ def _render(arguments: argparse.Namespace) -> int:
         image = passes.render_passes(scene, integrator, spp, arguments.seed, progress=True)
     if arguments.denoise:
         image = passes.denoise(image)
-    write_exr(arguments.output, image)
+    layers = first_hit.layers(scene, arguments.seed) if arguments.aovs else {}
+    write_exr(arguments.output, image, layers=layers)
     preview = arguments.output.with_suffix(".png")
     atomic.write_bytes(preview, png(image))
     if integrator.spoilt:

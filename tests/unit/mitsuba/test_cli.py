@@ -53,6 +53,16 @@ def test_arguments_override_the_scene(scene: Path, capsys: pytest.CaptureFixture
     assert "3 samples per pixel, accurate" in capsys.readouterr().out
 
 
+def test_layers_lie_beside_the_picture(scene: Path) -> None:
+    output = scene.with_name("out.exr")
+    assert main([str(scene), "--output", str(output), "--aovs", "--width", "12"]) == 0
+    with OpenEXR.File(str(output)) as file:
+        channels = dict(file.channels())
+        shape = channels["depth.Z"].pixels.shape
+    assert set(channels) == {"RGB", "albedo", "normal.X", "normal.Y", "normal.Z", "depth.Z"}
+    assert shape == (8, 12)
+
+
 @pytest.mark.parametrize("integrator", ["", '<integrator type="path"/>'])
 def test_other_integrators_are_replaced(scene: Path, integrator: str) -> None:
     scene.write_text(SCENE.format(integrator=integrator))
