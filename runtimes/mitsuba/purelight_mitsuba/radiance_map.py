@@ -6,6 +6,8 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
+from purelight_format.color import LUMINANCE
+
 
 class RadianceMap:
     """The mean radiance of the cells of a grid on the cap's square.
@@ -24,7 +26,8 @@ class RadianceMap:
         Returns:
             The point, and the cell's radiance over the density of the draw on the square.
         """
-        power = [dr.maximum(mi.luminance(colour), 0) for colour in self._colours]
+        weights = mi.Color3f(*LUMINANCE.tolist())  # Those of Mitsuba differ in the fourth digit.
+        power = [dr.maximum(dr.dot(weights, colour), 0) for colour in self._colours]
         total = sum(power[1:], power[0])
         target = u.x * total
         cell, before, own, colour = mi.UInt32(0), mi.Float(0), power[0], self._colours[0]

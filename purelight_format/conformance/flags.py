@@ -1,0 +1,37 @@
+"""What goes wrong in hosts: each flag marks the vectors that hunt one bug."""
+
+from __future__ import annotations
+
+FLAGS = {
+    "AXIS_ORDER": "axes permuted or mirrored, or position, normal and outgoing exchanged",
+    "BEHIND": "the direction opposite to the cap's axis taken for the axis",
+    "BESIDE": "directions beside the cap or rays beside the lamp that count as hits",
+    "BLACK": "a division by the flux of a lamp that has none",
+    "BRIGHT": "overflow, or a clamp, at 10⁶ times the usual power",
+    "CANCELLATION": "1 - cos of a small angle computed as a difference",
+    "CENTRE": "a division by zero at the centre of the bounding sphere",
+    "CHANNEL_ORDER": "red, green and blue in another order",
+    "DIAGONAL": "the seams of the concentric map: its diagonals and its centre",
+    "DIMMER": "the dimmer forgotten, or applied to the background",
+    "FAINT": "an absolute threshold that a lamp of 10⁻⁶ times the usual power falls below",
+    "FAR": "overflow or a lost angle at 10⁵ radii and more",
+    "GOLDEN": "a network evaluated wrongly: the bundle's own vectors",
+    "GRAZING": "directions along the surface treated as hidden, or normalised by their cosine",
+    "INSIDE": "the sampler used inside the bounding sphere, where it serves nobody",
+    "KILOMETRE": "a distance in metres compared with a constant: a lamp of a kilometre",
+    "MAP_ORDER": "rows and columns of the radiance map exchanged, or the map flipped",
+    "MEASURE": "densities per solid angle, projected solid angle and area mixed up",
+    "MILLIMETRE": "a distance in metres compared with a constant: a lamp of a millimetre",
+    "NORMAL_SIDE": "a triangle's normal not turned to the side one looks from",
+    "ONCE": "transmittance multiplied once for each surface that a ray meets",
+    "ON_SPHERE": "points at the bounding sphere: the largest cap, a root of a negative number",
+    "OPAQUE": "a lamp without a transparency network let light through",
+    "POLE": "the frame about -Z and beside it",
+    "PRECISION": "TF32, half precision or bfloat16 in the networks",
+    "RED_ONLY": "light in a channel that the lamp does not have",
+    "REFUSE": "a transform accepted that no lamp can have: shear, mirror, uneven scale",
+    "ROTATION": "the transform's rotation transposed, or not applied to directions",
+    "ROWS": "no rows, one row, or more rows than fit into one piece",
+    "SCALE": "radiance or densities changed by the size of an instance",
+    "U_EDGE": "u at 0 and at 1 - 2⁻²⁴",
+}

@@ -1,0 +1,189 @@
+"""This runtime as a host of the conformance suite: `python -m purelight_mitsuba.conformance_host`.
+
+It answers with the parts that rendering is made of: the fused networks, the cap, the lamps of a
+scene and their queries, and for whole rays the integrator itself.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+from purelight_format.conformance import protocol
+from purelight_format.conformance.operations import OPERATIONS
+from purelight_format.errors import PureLightError
+from purelight_format.vectors import SIGNATURES
+from purelight_mitsuba.platform import use
+
+mi = use()
+
+import drjit as dr  # noqa: E402 - only once Mitsuba has a variant
+import numpy as np  # noqa: E402
+
+from purelight_mitsuba.cap import Cap, cap, frame  # noqa: E402
+from purelight_mitsuba.lamps import Hit, Lamps, Place  # noqa: E402
+from purelight_mitsuba.luminaire import Luminaire, load  # noqa: E402
+from purelight_mitsuba.queries import Queries  # noqa: E402
+
+Arrays = dict[str, np.ndarray]
+Parameters = Mapping[str, Any]
+KINDS = {2: "Point2f", 3: "Point3f"}
+
+
+class World:
+    """One lamp in a scene, and what the integrator asks of it.
+
+    Arguments:
+        path: of the bundle.
+        given: the call's `to_world`, `dimmer` and `background`.
+        rows: how many lanes.
+
+    Raises:
+        PureLightError: If the lamp cannot hang like that.
+    """
+
+    def __init__(self, path: Path, given: Parameters, rows: int, *, fast: bool = False) -> None:
+        matrix = np.reshape(given.get("to_world", np.eye(4)), (4, 4)).astype(np.float64)
+        content: dict[str, Any] = {"type": "scene"}
+        content["lamp"] = {
+            "type": "purelight",
+            "filename": str(path),
+            "to_world": mi.ScalarTransform4f(matrix),
+            "dimmer": float(given.get("dimmer", 1.0)),
+        }
+        if "background" in given:
+            colour = {"type": "rgb", "value": list(given["background"])}
+            content["background"] = {"type": "constant", "radiance": colour}
+        try:
+            self.scene = mi.load_dict(content)
+        except RuntimeError as error:
+            raise PureLightError(str(error).splitlines()[-1]) from error
+        emitters = [e for e in self.scene.emitters() if hasattr(e, "luminaire")]
+        self.lamps = Lamps(emitters, self.scene)
+        self.queries = Queries(self.lamps, fast=fast)
+        self.active = dr.full(mi.Bool, True, rows)
+        self.place: Place = self.lamps.place(dr.zeros(mi.UInt32, rows), self.active)
+
+
+class MitsubaHost:
+    """The runtime on the variant in use."""
+
+    name = "purelight-mitsuba"
+    version = metadata.version("purelight")
+    operations: tuple[str, ...] = (
+        *SIGNATURES, "frame", "square_to_disk", "cap", "cap_to_direction", "instance_radiance",
+        "instance_sample", "view", "estimate", "map_sample",
+    )  # fmt: skip
+
+    def __init__(self) -> None:
+        self._lamp: Luminaire | None = None
+
+    def open(self, path: str) -> None:
+        self._lamp = load(Path(path))
+
+    @property
+    def lamp(self) -> Luminaire:
+        if self._lamp is None:
+            raise PureLightError("open a bundle first")
+        return self._lamp
+
+    def evaluate(self, operation: str, parameters: Parameters, inputs: Arrays) -> Arrays:
+        shapes, rows = OPERATIONS[operation].outputs, len(next(iter(inputs.values())))
+        if rows == 0:  # Dr.Jit has no arrays without lanes.
+            return {name: np.zeros((0, *shape), np.float32) for name, shape in shapes.items()}
+        lanes = {name: _lanes(array) for name, array in inputs.items()}
+        if operation in SIGNATURES:
+            values = self.lamp.network(operation)(*(lanes[k] for k in SIGNATURES[operation].inputs))
+        else:
+            values = getattr(self, f"_{operation}")(parameters, rows, **lanes)
+        return {
+            name: _array(value, rows, shape)
+            for (name, shape), value in zip(shapes.items(), values, strict=True)
+        }
+
+    # Geometry
+
+    def _frame(self, _: Parameters, rows: int, axis: Any) -> list[Any]:
+        tangent, bitangent, _axis = frame(mi.Vector3f(axis))
+        return [tangent, bitangent]
+
+    def _square_to_disk(self, _: Parameters, rows: int, u: Any) -> list[Any]:
+        return [mi.warp.square_to_uniform_disk_concentric(u)]
+
+    def _cap(self, given: Parameters, rows: int, point: Any) -> list[Any]:
+        view = _view_of(given, point)
+        return [view.axis, view.one_minus_cos, mi.Float(view.outside)]
+
+    def _cap_to_direction(self, given: Parameters, rows: int, point: Any, u: Any) -> list[Any]:
+        view = _view_of(given, point)
+        return [view.direction(u), view.pdf_solid_angle()]
+
+    # The lamp in the world
+
+    def _world(self, given: Parameters, rows: int, *, fast: bool = False) -> World:
+        return World(self.lamp.path, given, rows, fast=fast)
+
+    def _instance_radiance(
+        self, given: Parameters, rows: int, position: Any, normal: Any, outgoing: Any
+    ) -> list[Any]:
+        world = self._world(given, rows)
+        zero, local = dr.zeros(mi.UInt32, rows), world.place.direction_to_local(normal)
+        hit = Hit(
+            valid=world.active, t=mi.Float(zero), lamp=zero, facet=zero, normal=mi.Normal3f(local)
+        )
+        toward = -mi.Vector3f(outgoing)
+        return [world.queries.radiance(world.place, hit, position, toward, world.active)[0]]
+
+    def _instance_sample(self, given: Parameters, rows: int, point: Any, u: Any) -> list[Any]:
+        world = self._world(given, rows)
+        toward, pdf, *_ = world.queries.aim(world.place, point, u, world.active)
+        return [toward, pdf]
+
+    def _view(self, given: Parameters, rows: int, origin: Any, direction: Any) -> list[Any]:
+        scene = self._world(given, rows).scene
+        sampler = mi.load_dict({"type": "independent"})
+        sampler.seed(0, rows)
+        ray = mi.RayDifferential3f(origin, mi.Vector3f(direction))
+        radiance, *_ = mi.load_dict({"type": "purelight"}).sample(scene, sampler, ray)
+        return [radiance]
+
+    def _estimate(self, given: Parameters, rows: int, point: Any, normal: Any, u: Any) -> list[Any]:
+        world = self._world(given, rows)
+        toward, _, weight, _ = world.queries.aim(world.place, point, u, world.active)
+        hit = world.lamps.intersect(mi.Ray3f(point, toward), world.active)
+        met = point + toward * hit.t
+        radiance, _ = world.queries.radiance(world.place, hit, met, toward, hit.valid)
+        cosine = dr.maximum(dr.dot(toward, mi.Vector3f(normal)), 0)
+        return [dr.select(hit.valid, radiance * weight * cosine, 0)]
+
+    def _map_sample(self, given: Parameters, rows: int, point: Any, u: Any) -> list[Any]:
+        world = self._world(given, rows, fast=True)
+        toward, _, weight, _ = world.queries.aim(world.place, point, u, world.active)
+        return [toward, weight]
+
+
+def _view_of(given: Parameters, point: Any) -> Cap:
+    sphere = given["bounding_sphere"]
+    return cap(point, mi.Point3f(*sphere["center"]), mi.Float(sphere["radius"]))
+
+
+def _lanes(array: np.ndarray) -> Any:
+    """[N] or [N, D] as one lane per row."""
+    data = np.ascontiguousarray(array.T, np.float32)
+    return mi.Float(data) if array.ndim == 1 else getattr(mi, KINDS[array.shape[1]])(data)
+
+
+def _array(value: Any, rows: int, shape: tuple[int, ...]) -> np.ndarray:
+    """[N, *shape] from lanes, or from an object array of them; constants have one lane only."""
+    single = isinstance(value, mi.Float)
+    columns = value.reshape(-1) if isinstance(value, np.ndarray) else [value] if single else value
+    dr.eval(*columns)
+    filled = [np.broadcast_to(column.numpy(), rows) for column in columns]
+    return np.stack(filled, 1).reshape(rows, *shape)
+
+
+if __name__ == "__main__":
+    sys.exit(protocol.serve(MitsubaHost()))
