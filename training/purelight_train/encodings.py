@@ -6,7 +6,7 @@ All of them are plain sums and products, so the exporter writes them as ONNX ope
 from __future__ import annotations
 
 import math
-from functools import cache
+from functools import cache, cached_property
 from itertools import pairwise
 from typing import Any
 
@@ -161,29 +161,40 @@ class GridEncoding(nn.Module):
         centred = [(p + half) % self.table_size - half for p in HASH_PRIMES]
         return centred[0], centred[1], centred[2]
 
-    def corners(self, x: Tensor, level: int) -> tuple[Tensor, Tensor]:
-        """Table indices and trilinear weights of the eight corners: [N, 3] -> two of [N, 8]."""
-        r = self.resolutions[level]
-        scaled = x.clamp(0, 1) * r
-        low = scaled.floor().clamp(max=r - 1)
+    @cached_property
+    def _plan(self) -> tuple[Tensor, ...]:
+        """Per level: resolution, axis strides [L, 3], corner offsets [L, 8], mask and first row."""
+        strides = torch.tensor([self.strides(level) for level in range(self.levels)])
+        corner = torch.tensor([(k & 1, k >> 1 & 1, k >> 2) for k in range(8)])
+        mask = [-1 if dense else self.table_size - 1 for dense in self.dense]
+        return (
+            torch.tensor(self.resolutions, dtype=torch.float32),
+            *(t.int() for t in (
+                strides, strides @ corner.T, torch.tensor(mask), torch.tensor(self.offsets),
+            )),
+        )  # fmt: skip
+
+    def corners(self, x: Tensor) -> tuple[Tensor, Tensor]:
+        """Table rows and trilinear weights of each level's corners: [N, 3] -> two of [N L, 8].
+
+        The rows lie along the last axis meanwhile: five times as fast as along the first.
+        """
+        resolution, strides, corner, mask, offset = (t.to(x.device) for t in self._plan)
+        resolution = resolution.to(x.dtype)[:, None, None]
+        scaled = x.clamp(0, 1).t().contiguous() * resolution
+        low = torch.minimum(scaled.floor(), resolution - 1)
         high = scaled - low
-        sx, sy, sz = self.strides(level)
-        i = low.long()
-        ix = torch.stack((i[:, 0], i[:, 0] + 1), 1) * sx
-        iy = torch.stack((i[:, 1], i[:, 1] + 1), 1) * sy
-        iz = torch.stack((i[:, 2], i[:, 2] + 1), 1) * sz
-        index = (iz[:, :, None, None] + iy[:, None, :, None] + ix[:, None, None, :]).reshape(-1, 8)
-        if not self.dense[level]:
-            index = index & (self.table_size - 1)
-        w = torch.stack((1 - high, high), 1)
-        weight = w[:, :, None, None, 2] * w[:, None, :, None, 1] * w[:, None, None, :, 0]
-        return index + self.offsets[level], weight.reshape(-1, 8)
+        first = (low.int() * strides[:, :, None]).sum(1, dtype=torch.int32)
+        index = (first[:, None] + corner[:, :, None]) & mask[:, None, None]
+        index += offset[:, None, None]
+        x_side, y_side, z_side = torch.stack((1 - high, high), 2).unbind(1)
+        weight = z_side[:, :, None, None] * y_side[:, None, :, None] * x_side[:, None, None, :]
+        weight = weight.reshape(self.levels, 8, -1)
+        return index.permute(2, 0, 1).reshape(-1, 8), weight.permute(2, 0, 1).reshape(-1, 8)
 
     def forward(self, x: Tensor) -> Tensor:
         """Encode positions: [N, 3] in [0, 1] -> [N, levels · features]."""
-        pairs = [self.corners(x, level) for level in range(self.levels)]
-        index = torch.stack([p[0] for p in pairs], 1).reshape(-1, 8)
-        weight = torch.stack([p[1] for p in pairs], 1).reshape(-1, 8)
+        index, weight = self.corners(x)
         value: Tensor = WeightedLookup.apply(self.table, index, weight.to(self.table.dtype))
         return value.view(-1, self.size)
 

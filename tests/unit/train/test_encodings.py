@@ -55,13 +55,12 @@ def test_dense_levels_reproduce_linear_functions(table_size: int) -> None:
 def test_hashed_level_stays_in_its_table() -> None:
     grid = GridEncoding(3, 2, 4, 64, 1 << 8)
     point = torch.rand(500, 3, generator=torch.Generator().manual_seed(1))
+    index, weight = (t.view(500, 3, 8) for t in grid.corners(point))
+    ends = [*grid.offsets, len(grid.table)]
     for level in range(3):
-        index, weight = grid.corners(point, level)
-        low = grid.offsets[level]
-        high = grid.offsets[level + 1] if level < 2 else len(grid.table)
-        assert index.min() >= low
-        assert index.max() < high
-        torch.testing.assert_close(weight.sum(1), torch.ones(500))
+        assert index[:, level].min() >= ends[level]
+        assert index[:, level].max() < ends[level + 1]
+    torch.testing.assert_close(weight.sum(2), torch.ones(500, 3))
     assert grid.dense == [True, False, False]
 
 
