@@ -64,12 +64,12 @@ def replace_file(path: str | Path) -> Iterator[BinaryIO]:
             with suppress(OSError):
                 draft.unlink()
             raise
-        _sync_folder(path.parent)
     except OSError as error:
         if error.filename not in (None, str(draft), str(path), str(path.parent)):
             raise  # The caller's own fault, about another file.
         remedy = REMEDIES.get(error.errno or 0, "nothing was changed")
         raise PureLightError(f"{path}: cannot write: {error.strerror}; {remedy}") from error
+    _sync_folder(path.parent)
 
 
 def _mode(path: Path) -> int | None:
@@ -84,11 +84,16 @@ def _mode(path: Path) -> int | None:
 
 
 def _sync_folder(folder: Path) -> None:
-    """Makes the new name itself durable, where a folder can be synchronised."""
+    """Makes the new name itself durable, where a folder can be opened and synchronised.
+
+    A fault is no failure: the new bytes are whole and on the disk, and until the folder follows
+    a power failure can at worst bring back the old ones.
+    """
     if os.name != "posix":
         return
-    descriptor = os.open(folder, os.O_RDONLY)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
+    with suppress(OSError):
+        descriptor = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)

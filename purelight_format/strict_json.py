@@ -78,7 +78,7 @@ def _unique(pairs: list[tuple[str, Any]], where: str) -> dict[str, Any]:
     result = dict(pairs)
     if len(result) != len(pairs):
         counts = Counter(name for name, _ in pairs)
-        fail("PLX_JSON_DUPLICATE_KEY", where, key=counts.most_common(1)[0][0][:80])
+        fail("PLX_JSON_DUPLICATE_KEY", where, key=max(counts, key=counts.__getitem__)[:80])
     return result
 
 

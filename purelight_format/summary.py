@@ -2,27 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
+
+import numpy as np
 
 from purelight_format import manifest
 from purelight_format.bundle import Bundle
+from purelight_format.color import LUMINANCE
+from purelight_format.fidelity import fidelity_words
+from purelight_format.issues import plain
 
 ABILITIES = {
     "appearance": "be looked at, and light a room",
     "transparency": "be seen through",
-    "sampler": "be sampled by its own light (accurate mode)",
-    "fast_map": "light a room from a 16 x 16 map (fast mode)",
+    "sampler": "sample its own light (accurate mode)",
+    "fast_map": "light from a 16 x 16 map (fast mode)",
 }
+LUMENS_PER_WATT = 683.0
 WIDTH = 14
-LONGEST = 12  # Lines for each open-ended table, so that all fits on one screen.
+LONGEST = 9  # Lines for each open-ended table, so that all fits on one screen.
 
 
 def summary_json(bundle: Bundle) -> dict[str, Any]:
     """The manifest with the bundle's digest, size and mesh."""
     surface = bundle.surface()
     return {
-        "path": str(bundle.path),
+        "path": plain(bundle.path),
         "digest": bundle.digest,
         "bytes": len(bundle.data),
         "vertices": len(surface.positions),
@@ -36,12 +42,12 @@ def summary_text(bundle: Bundle) -> str:
     """The same for people."""
     about = bundle.manifest
     lines = [
-        f"{about.name}: a PureLight luminaire, format {about.format_version}",
+        f"{about.name}: a PureLight luminaire, format {about.format_version}, "
+        f"{_size(len(bundle.data))}",
         *_lamp(bundle),
-        *(_line("can", ABILITIES[name]) for name in ABILITIES if name in about.networks),
         *_networks(bundle),
-        *_table("fidelity", about.fidelity),
-        *_table("made from", about.provenance),
+        *_table("faithful", _fidelity(about)),
+        *_table("made from", list(_flatten("", about.provenance))),
         _line("digest", bundle.digest),
     ]
     return "\n".join(lines)
@@ -52,44 +58,77 @@ def _lamp(bundle: Bundle) -> list[str]:
     sphere = about.bounding_sphere
     center = ", ".join(f"{x:.4g}" for x in sphere.center)
     flux = ", ".join(f"{x:.4g}" for x in about.flux)
-    dark = [name for name, on in zip("RGB", about.channels, strict=True) if not on]
     area = surface.area().sum()
     return [
-        _line("size", f"radius {sphere.radius:.4g} m about ({center})"),
-        _line("exit surface", f"{len(surface.triangles)} triangles, {area:.4g} m2"),
-        _line("flux", f"{flux} W (R, G, B){'; dark: ' + ' '.join(dark) if dark else ''}"),
-        _line(
-            "radiance", f"{about.radiance_scale:.4g} W/(m2 sr) mean; r_max {about.r_max:g} radii"
-        ),
-    ]
+        _line("size", f"{_length(2 * sphere.radius)} across; a sphere of radius {sphere.radius:.4g}"
+                      f" m about ({center})"),
+        _line("light", f"{_lumens(about.flux):.4g} lm; {flux} W (R, G, B){_color(about)}"),
+        _line("radiance", f"{about.radiance_scale:.4g} W/(m2 sr) in the mean; trained to "
+                          f"{about.r_max:g} radii ({_length(about.r_max * sphere.radius)}) away"),
+        _line("exit surface", f"{len(surface.triangles):,} triangles, {_area(area)}"),
+    ]  # fmt: skip
+
+
+def _color(about: manifest.Manifest) -> str:
+    """The colour of the light on an sRGB screen, and the channels that are dark."""
+    dark = [name for name, on in zip("RGB", about.channels, strict=True) if not on]
+    if len(dark) == 3:
+        return "; it gives no light"
+    linear = np.array(about.flux) / max(about.flux)
+    srgb = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
+    code = "".join(f"{round(float(255 * x)):02X}" for x in srgb)
+    return f"; color #{code}{'; dark: ' + ' '.join(dark) if dark else ''}"
+
+
+def _lumens(flux: tuple[float, float, float]) -> float:
+    return float(LUMENS_PER_WATT * LUMINANCE @ np.array(flux))
 
 
 def _networks(bundle: Bundle) -> list[str]:
-    lines = [f"{'network':<{WIDTH}}{'size':>10}{'multiply-adds':>16}{'elements':>12}  per sample"]
-    for name, info in bundle.manifest.networks.items():
-        share = f"  ({info.uniform_fraction:g} uniform)" if info.uniform_fraction else ""
-        lines.append(
-            f"{name:<{WIDTH}}{_size(info.bytes):>10}{info.macs_per_sample:>16,}"
-            f"{info.floats_per_sample:>12,}{share}"
-        )
-    return [*lines, _line("whole file", _size(len(bundle.data)))]
+    """What the lamp can do, and with which networks at what cost."""
+    known = bundle.manifest.networks
+    names = [*ABILITIES, *(name for name in known if name not in ABILITIES)]
+    head = f"{'network':<{WIDTH}}{'size':>9}{'multiply-adds':>15}{'values':>9}"
+    return [_line("can", head), *(_network(bundle, name) for name in names[:LONGEST])]
 
 
-def _table(title: str, values: Mapping[str, Any]) -> list[str]:
-    """Nested values as dotted names, cut to a few lines."""
-    flat = list(_flatten("", values))
-    lines = [_line(title if k == 0 else "", text) for k, text in enumerate(flat[:LONGEST])]
-    if len(flat) > LONGEST:
-        lines.append(_line("", f"and {len(flat) - LONGEST} more (--json)"))
+def _network(bundle: Bundle, name: str) -> str:
+    ability, info = ABILITIES.get(name, ""), bundle.manifest.networks.get(name)
+    if info is None:
+        return _line("  no", f"{plain(name, WIDTH - 1):<{WIDTH + 33}}   {ability}")
+    share = f"; {info.uniform_fraction:g} uniform" if info.uniform_fraction else ""
+    return _line(
+        "  yes" if ability else "",
+        f"{plain(name, WIDTH - 1):<{WIDTH}}{_size(info.bytes):>9}{info.macs_per_sample:>15,}"
+        f"{info.floats_per_sample:>9,}   {ability}{share}",
+    )
+
+
+def _fidelity(about: manifest.Manifest) -> list[str]:
+    """Known figures in words, others as they are."""
+    said, others = fidelity_words(about)
+    return [*said, *_flatten("", others)]
+
+
+# Lines
+
+
+def _table(title: str, found: list[str]) -> list[str]:
+    """A few lines under a title."""
+    lines = [_line(title if k == 0 else "", text) for k, text in enumerate(found[:LONGEST])]
+    if len(found) > LONGEST:
+        lines.append(_line("", f"and {len(found) - LONGEST} more (--json)"))
     return lines or [_line(title, "not stated")]
 
 
-def _flatten(prefix: str, value: Any) -> list[str]:
-    if isinstance(value, Mapping) and value:
-        return [line for k, v in value.items() for line in _flatten(f"{prefix}.{k}", v)]
-    values = value if isinstance(value, list) else [value]
-    line = f"{prefix[1:]} {', '.join(map(_short, values))}"
-    return [line if line.isprintable() else line.encode("unicode_escape").decode()]
+def _flatten(prefix: str, value: Any) -> Iterator[str]:
+    """Nested values as dotted names."""
+    if isinstance(value, Mapping) and (value or not prefix):
+        for key, inner in value.items():
+            yield from _flatten(f"{prefix}.{key}", inner)
+    else:
+        values = value if isinstance(value, list) else [value]
+        yield plain(f"{prefix[1:]} {', '.join(map(_short, values))}", 110)
 
 
 def _short(value: Any) -> str:
@@ -97,7 +136,16 @@ def _short(value: Any) -> str:
 
 
 def _line(title: str, text: str) -> str:
-    return f"{title:<{WIDTH}}{text[:120]}"
+    return f"{title:<{WIDTH}}{text[:120]}".rstrip()
+
+
+def _length(metres: float) -> str:
+    small = 1e-3 <= metres < 1
+    return f"{100 * metres:.3g} cm" if small else f"{metres:.4g} m"
+
+
+def _area(area: float) -> str:
+    return f"{1e4 * area:.4g} cm2" if area < 0.1 else f"{area:.4g} m2"
 
 
 def _size(count: int) -> str:

@@ -23,8 +23,8 @@ POSIX = pytest.mark.skipif(os.name != "posix", reason="permissions of POSIX file
 class FaultyFile:
     """A file whose k-th write, flush or close fails as on a full disk, after half the bytes."""
 
-    def __init__(self, file: Any, budget: list[int]) -> None:
-        self._file, self._budget = file, budget
+    def __init__(self, file: Any, budget: list[int], fault: int) -> None:
+        self._file, self._budget, self._fault = file, budget, fault
 
     def _spend(self) -> bool:
         self._budget[0] -= 1
@@ -33,12 +33,12 @@ class FaultyFile:
     def write(self, data: bytes) -> int:
         if self._spend():
             self._file.write(data[: len(data) // 2])
-            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+            raise OSError(self._fault, os.strerror(self._fault))
         return int(self._file.write(data))
 
     def flush(self) -> None:
         if self._spend():
-            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+            raise OSError(self._fault, os.strerror(self._fault))
         self._file.flush()
 
     def __enter__(self) -> FaultyFile:
@@ -51,33 +51,36 @@ class FaultyFile:
         return getattr(self._file, name)
 
 
-def inject(monkeypatch: pytest.MonkeyPatch, step: int) -> list[int]:
-    """Makes the step-th operation on the disk fail."""
+def inject(monkeypatch: pytest.MonkeyPatch, step: int, fault: int = errno.ENOSPC) -> list[int]:
+    """Makes the step-th operation on the disk fail, and every one after it."""
     budget = [step]
     real_open = builtins.open
 
     def faulty_open(path: Any, mode: str = "r", *args: Any, **options: Any) -> Any:
         file = real_open(path, mode, *args, **options)
-        return FaultyFile(file, budget) if "x" in mode else file
+        return FaultyFile(file, budget, fault) if "x" in mode else file
 
     monkeypatch.setattr(builtins, "open", faulty_open)
     for name in ("fsync", "replace", "chmod"):
-        monkeypatch.setattr(os, name, failing(getattr(os, name), budget))
+        monkeypatch.setattr(os, name, failing(getattr(os, name), budget, fault))
     return budget
 
 
-def failing(function: Any, budget: list[int]) -> Any:
+def failing(function: Any, budget: list[int], fault: int) -> Any:
     def call(*args: Any, **options: Any) -> Any:
         budget[0] -= 1
         if budget[0] < 0:
-            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+            raise OSError(fault, os.strerror(fault))
         return function(*args, **options)
 
     return call
 
 
+@pytest.mark.parametrize("fault", [errno.ENOSPC, errno.EIO, errno.EDQUOT])
 @pytest.mark.parametrize("existing", [True, False])
-def test_a_fault_at_any_step_leaves_old_or_new_bytes(tmp_path: Path, existing: bool) -> None:
+def test_a_fault_at_any_step_leaves_old_or_new_bytes(
+    tmp_path: Path, existing: bool, fault: int
+) -> None:
     outcomes = set()
     for step in range(20):
         path = tmp_path / f"{step}" / "lamp.plux"
@@ -85,13 +88,15 @@ def test_a_fault_at_any_step_leaves_old_or_new_bytes(tmp_path: Path, existing: b
         if existing:
             path.write_bytes(OLD)
         with pytest.MonkeyPatch.context() as monkeypatch:
-            budget = inject(monkeypatch, step)
+            budget = inject(monkeypatch, step, fault)
             try:
                 with atomic.replace_file(path) as file:
                     file.write(NEW[:50])
                     file.write(NEW[50:])
             except PureLightError as error:
                 outcomes.add("failed" if str(path) in str(error) else "unnamed")
+            else:
+                assert path.read_bytes() == NEW
         found = path.read_bytes() if path.exists() else None
         assert found in (NEW, OLD if existing else None)
         assert [p.name for p in path.parent.iterdir()] == (["lamp.plux"] if found else [])
@@ -187,6 +192,46 @@ with atomic.replace_file(sys.argv[1]) as file:
     os._exit(9)
 """
 
+KILLED_AT_ANY_STEP = """
+import builtins, os, sys
+from purelight_format import atomic
+
+def dying(function, budget):
+    def call(*args, **options):
+        budget[0] -= 1
+        if budget[0] < 0:
+            os._exit(9)
+        return function(*args, **options)
+    return call
+
+def write(path, step):
+    budget, real = [step], builtins.open
+    def watched(*args, **options):
+        file = real(*args, **options)
+        class Watched:
+            name, fileno = file.name, file.fileno
+            write, flush = (staticmethod(dying(f, budget)) for f in (file.write, file.flush))
+            def __enter__(self): return self
+            def __exit__(self, *_): file.close()
+        return Watched()
+    builtins.open = watched
+    for name in ("fsync", "replace", "chmod"):
+        setattr(os, name, dying(getattr(os, name), budget))
+    with atomic.replace_file(path) as file:
+        file.write(b"new bytes" * 50)
+        file.flush()
+        file.write(b"new bytes" * 50)
+
+for step in range(12):
+    path = f"{sys.argv[1]}/{step}"
+    with open(path, "wb") as file:
+        file.write(b"old bytes")
+    if not (child := os.fork()):
+        write(path, step)
+        os._exit(0)
+    print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
+"""
+
 FULL = """
 import resource, sys
 from purelight_format import atomic, errors
@@ -205,6 +250,30 @@ def test_a_killed_process_leaves_the_old_bytes(tmp_path: Path) -> None:
     done = subprocess.run([sys.executable, "-c", KILLED, path], check=False)
     assert done.returncode == 9
     assert path.read_bytes() == OLD
+
+
+@POSIX
+def test_a_process_killed_at_any_step_leaves_old_or_new_bytes(tmp_path: Path) -> None:
+    command = [sys.executable, "-c", KILLED_AT_ANY_STEP, str(tmp_path)]
+    done = subprocess.run(command, check=True, capture_output=True, text=True)
+    codes = [int(code) for code in done.stdout.split()]
+    found = [(tmp_path / str(step)).read_bytes() for step in range(len(codes))]
+    assert set(codes) == {9, 0}  # Killed at each step, and at last not at all.
+    assert codes == sorted(codes, reverse=True)
+    assert set(found) == {OLD, NEW}
+    assert found.count(NEW) >= codes.count(0)
+
+
+@POSIX
+def test_a_folder_that_cannot_be_synchronised_is_no_failure(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(*_: object) -> int:
+        raise PermissionError(errno.EACCES, "no")
+
+    monkeypatch.setattr(os, "open", refuse)
+    atomic.write_bytes(tmp_path / "file", NEW)
+    assert (tmp_path / "file").read_bytes() == NEW
 
 
 @POSIX

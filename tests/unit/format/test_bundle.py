@@ -15,6 +15,7 @@ from purelight_format import bundle, cli
 from purelight_format.bundle import Bundle
 from purelight_format.errors import PureLightError
 from purelight_format.limits import LIMITS
+from purelight_format.manifest import Manifest
 from purelight_format.report import Report
 from purelight_format.validate import validate
 from tests.assets import bad, lamp
@@ -81,14 +82,18 @@ def test_a_missing_member_is_one_line(path: Path) -> None:
         Bundle.open(path).read("networks/magic.onnx")
 
 
-def test_a_bundle_of_one_network_is_enough(tmp_path: Path) -> None:
+def appearance_only() -> tuple[Manifest, dict[str, bytes]]:
+    """The smallest lamp that is valid."""
     manifest, members = lamp.parts()
     kept = {k: v for k, v in members.items() if "network" not in k and "vectors" not in k}
     kept |= {k: v for k, v in members.items() if "/appearance." in k}
-    smallest = replace(manifest, networks={"appearance": manifest.networks["appearance"]})
     for name in ("photometry.ies", "preview.png"):
         del kept[name]
-    opened = bundle.write(tmp_path / "small.plux", smallest, kept)
+    return replace(manifest, networks={"appearance": manifest.networks["appearance"]}), kept
+
+
+def test_a_bundle_of_one_network_is_enough(tmp_path: Path) -> None:
+    opened = bundle.write(tmp_path / "small.plux", *appearance_only())
     assert list(opened.manifest.networks) == ["appearance"]
 
 
@@ -150,9 +155,55 @@ def test_inspect_fits_on_one_screen(path: Path, capsys: pytest.CaptureFixture[st
     out = capsys.readouterr().out
     assert len(out.splitlines()) <= 30
     assert max(map(len, out.splitlines())) <= 120
-    for word in ("Octahedron", "radius 0.1 m", "4, 2, 1 W", "be seen through", "octahedron.xml",
+    for word in ("Octahedron", "20 cm across", "radius 0.1 m", "1607 lm; 4, 2, 1 W", "#FFBC89",
+                 "yes         transparency", "be seen through", "octahedron.xml", "seed 7",
                  "relative_error 0.02", "0.05 uniform", Bundle.open(path).digest):  # fmt: skip
         assert word in out
+
+
+def shown(path: Path, capsys: pytest.CaptureFixture[str], **fields: object) -> str:
+    """What inspect says of a lamp with other fields in its manifest."""
+    manifest, members = lamp.parts()
+    bundle.write(path, replace(manifest, **fields), members)  # type: ignore[arg-type]
+    assert cli.inspect_main([str(path)]) == 0
+    return capsys.readouterr().out
+
+
+def test_inspect_says_how_faithful_a_lamp_is(
+    path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    figures = {
+        "student_flux": [4.04, 2.0, 0.99], "student_flux_error": [0.02, 0.0, 0.0],
+        "flux_error": [0.004, 0.0, 0.0], "held_out_gain_nats": 1.609,
+        "onnx_error": {"appearance": 1e-6, "sampler": 2e-5}, "mood": "cosy",
+    }  # fmt: skip
+    out = shown(path, capsys, fidelity=figures)
+    for words in ("gives off +1, +0, -1 % (R, G, B)", "known within 0.50%", "known within 0.10%",
+                  "5 times likelier", "within 2e-05", "mood cosy"):  # fmt: skip
+        assert words in out
+
+
+@pytest.mark.parametrize("wrong", ["text", [1, 2], [True] * 3, {"a": "b"}, None, 1e999, []])
+def test_inspect_shows_figures_of_any_form(
+    path: Path, capsys: pytest.CaptureFixture[str], wrong: object
+) -> None:
+    known = "student_flux", "student_flux_error", "flux_error", "held_out_gain_nats", "onnx_error"
+    if wrong == 1e999:
+        wrong = 1e308
+    assert "faithful" in shown(path, capsys, fidelity=dict.fromkeys(known, wrong))
+
+
+def test_inspect_says_what_a_lamp_cannot_do(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "small.plux"
+    smallest, kept = appearance_only()
+    bundle.write(path, smallest, kept)
+    assert cli.inspect_main([str(path)]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split()[1] for line in lines if line.startswith("  no")] == [
+        "transparency", "sampler", "fast_map",
+    ]  # fmt: skip
 
 
 def test_inspect_speaks_json(path: Path, capsys: pytest.CaptureFixture[str]) -> None:
