@@ -22,9 +22,11 @@ from purelight_train.transparency import Transparency
 def appearance(student: Student, *, compact: bool = False) -> bytes:
     """position, normal, outgoing [N, 3] -> radiance [N, 3] in W/(m² sr)."""
     graph = Graph("appearance")
-    log = graph.clip(_surface(graph, student, compact=compact), 0.0, MAX_LOG)
+    raw = _surface(graph, student, compact=compact)
     gain = (student.gain.double() * student.scale * student.channels).cpu().numpy()
-    graph.output("radiance", (graph.exp(log) - 1.0) * gain)
+    exponential = graph.exp(graph.clip(raw, student.least_log, MAX_LOG))
+    unit = exponential if student.link == "log" else exponential - 1.0
+    graph.output("radiance", unit * gain)
     return graph.to_bytes()
 
 
@@ -95,14 +97,13 @@ def _surface(graph: Graph, network: SurfaceNetwork, *, compact: bool) -> Value:
     position, normal, outgoing = (
         graph.input(name, 3) for name in ("position", "normal", "outgoing")
     )
-    scale = 0.5 / network.radius
-    unit = (position - network.centre.double().numpy()) * scale + 0.5
+    offset = (position - network.centre.double().numpy()) * (0.5 / network.radius)
     degree = network.harmonics.degree
-    parts = [
-        grid(graph, unit, network.grid, compact=compact),
-        harmonics(graph, outgoing, degree),
-        harmonics(graph, normal, degree),
-    ]
+    parts = [grid(graph, offset + 0.5, network.grid, compact=compact)]
+    if network.anchor is not None:
+        anchor = offset - graph.sum(offset * outgoing) * outgoing
+        parts.append(grid(graph, anchor + 0.5, network.anchor, compact=compact))
+    parts += [harmonics(graph, direction, degree) for direction in (outgoing, normal)]
     return mlp(graph, [join(graph, parts)], network.network)
 
 

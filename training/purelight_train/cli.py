@@ -17,6 +17,11 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("luminaire", type=Path, help="Mitsuba 3 scene that holds only a lamp")
     parser.add_argument("--output", type=Path, required=True, metavar="RUN", help="run directory")
     parser.add_argument("--preset", choices=sorted(PRESETS), default="draft")
+    parser.add_argument("--route", choices=("teacher", "photons"), default="teacher",
+                        help="distil a teacher as in the paper, or fit light directly")  # fmt: skip
+    parser.add_argument("--anchor", action=argparse.BooleanOptionalAction,
+                        help="encode where a ray passes the lamp's centre: sharper through glass; "
+                        "on for --route photons")  # fmt: skip
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--resume", action="store_true", help="continue an interrupted run")
     parser.add_argument("--device", choices=("auto", "cpu", "cuda"), default="auto")
@@ -47,9 +52,10 @@ def _train(arguments: argparse.Namespace) -> int:
 
     from purelight_train.pipeline import start
 
+    anchor = arguments.route == "photons" if arguments.anchor is None else arguments.anchor
     training = start(
         arguments.luminaire, arguments.output, PRESETS[arguments.preset], arguments.seed, device,
-        resume=arguments.resume,
+        resume=arguments.resume, route=arguments.route, anchor=anchor,
     )  # fmt: skip
     metrics = training()
     flux = ", ".join(f"{f:.4g}" for f in metrics["flux"])

@@ -1,126 +1,89 @@
-"""The training run: its stages in order, each resumable."""
+"""The training run: one route to the student, then the networks that are made from it."""
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
-import numpy as np
 import torch
-from numpy.typing import NDArray
-from torch import Tensor, nn
 
 from purelight_format.errors import PureLightError
 from purelight_train.cap_samples import CapSamples
-from purelight_train.description import Description
-from purelight_train.evaluation import as_function, close_flux, fidelity, write_previews
-from purelight_train.exit_records import ExitRecords, escaped_part, settle, triangle_flux
+from purelight_train.evaluation import as_function, fidelity, write_previews
 from purelight_train.fast_map import FastMap
-from purelight_train.light_tracing import BATCH, trace_records
-from purelight_train.luminaire import Luminaire, load_luminaire, scene_digest
-from purelight_train.optimisation import optimise
-from purelight_train.positional_density import PositionalDensity
-from purelight_train.presets import Optimisation, Preset
-from purelight_train.progress import Bar
+from purelight_train.luminaire import scene_digest
+from purelight_train.presets import Preset
+from purelight_train.routes import ROUTES, Route
 from purelight_train.run_directory import RunDirectory
 from purelight_train.sampler import Sampler
+from purelight_train.stages import Loss, Stages, rows
 from purelight_train.student import Student
-from purelight_train.teacher import DirectionalFlow, Teacher, TeacherBatches
-from purelight_train.training_sets import SamplerBatches, distillation_set, throughput_set
+from purelight_train.traced_lamp import TracedLamp
+from purelight_train.training_sets import SamplerBatches, throughput_set
 from purelight_train.transparency import Transparency
-
-Float = NDArray[np.float32]
-Loss = Callable[[np.random.Generator], Tensor]
-Module = TypeVar("Module", bound=nn.Module)
-STAGES = (
-    "light", "teacher", "distillation", "student", "transparency", "cap", "sampler", "fast_map",
-)  # fmt: skip
-HELD_OUT = 1 << 17
-ESCAPED = 1 << 19
 
 
 @dataclass
 class Training:
-    """One training run of one luminaire into one run directory.
+    """One training run of one luminaire into one run directory."""
 
-    Random numbers come from (seed, stage), so any stage can be repeated or resumed alone.
-    """
+    route: Route
 
-    run: RunDirectory
-    scene: Path
-    preset: Preset
-    seed: int
-    device: torch.device
-    seconds: dict[str, float] = field(default_factory=dict)
+    @property
+    def lamp(self) -> TracedLamp:
+        return self.route.lamp
 
-    # Data, made when first needed
+    @property
+    def stages(self) -> Stages:
+        return self.route.stages
 
-    @cached_property
-    def luminaire(self) -> Luminaire:
-        return load_luminaire(self.scene, self.seed)
-
-    @cached_property
-    def _traced(self) -> tuple[ExitRecords, NDArray[np.int64]]:
-        paths = self.preset.paths
-        with self._bar("light", -(-paths // BATCH) * BATCH, "path") as update:
-            records = trace_records(self.luminaire.scene, paths, self.seed + 1, update)
-        return settle(records, self.luminaire.exit_surface)
-
-    @cached_property
-    def held_out(self) -> ExitRecords:
-        """Records that no network is trained on."""
-        records = trace_records(self.luminaire.scene, BATCH, self.seed + 100_003)
-        return settle(records, self.luminaire.exit_surface)[0].take(slice(HELD_OUT))
-
-    @cached_property
-    def description(self) -> Description:
-        return Description.of(self._traced[0], self.luminaire.exit_surface)
-
-    @cached_property
-    def density(self) -> PositionalDensity:
-        return PositionalDensity.build(
-            self._traced[0], self.luminaire.exit_surface, self.preset.density_neighbours,
-            self._rng("distillation", 1),
-        )  # fmt: skip
-
-    @cached_property
-    def teacher(self) -> Teacher:
-        flow = self._build("teacher", DirectionalFlow)
-        self._train("teacher", flow, self._teacher_loss, self.preset.teacher)
-        return Teacher(self.description, self.luminaire.exit_surface, self.density, flow)
+    @property
+    def preset(self) -> Preset:
+        return self.route.preset
 
     @cached_property
     def student(self) -> Student:
-        student = self._build("student", Student)
-        self._train(
-            "student",
-            student,
-            self._student_loss,
-            self.preset.student,
-            finish=lambda: close_flux(
-                student,
-                as_function(student, self.device),
-                self.luminaire.exit_surface,
-                self.description.flux,
-                self._rng("student", 1),
-            ),
+        return self.route.student()
+
+    @cached_property
+    def transparency(self) -> Transparency:
+        network = self.stages.build(
+            "transparency", Transparency, self.lamp.description, self.preset
         )
-        return student
+        self.stages.train(
+            "transparency", network, self._transparency_loss, self.preset.transparency
+        )
+        return network
 
     @cached_property
     def cap_samples(self) -> CapSamples:
-        student = as_function(self.student, self.device)
-        with self._bar("cap", self.preset.cap_points, "point") as update:
+        student = as_function(self.student, self.stages.device)
+        with self.stages.bar("cap", self.preset.cap_points, "point") as update:
             return CapSamples.gather(
-                self.description, self.luminaire.exit_surface, student, self.preset.cap_points,
-                self._rng("cap"), update,
+                self.lamp.description, self.lamp.surface, student, self.preset.cap_points,
+                self.stages.rng("cap"), update,
             )  # fmt: skip
 
-    # The run
+    @cached_property
+    def sampler(self) -> Sampler:
+        network = self.stages.build("sampler", Sampler, self.lamp.description, self.preset)
+        self.stages.train("sampler", network, self._sampler_loss, self.preset.sampler)
+        return network
+
+    @cached_property
+    def fast_map(self) -> FastMap:
+        network = self.stages.build("fast_map", FastMap, self.lamp.description, self.preset)
+
+        def close_power() -> None:
+            samples = self.cap_samples
+            network.close_power(*self.stages.tensors(samples.point, samples.radiance))
+
+        self.stages.train(
+            "fast_map", network, self._fast_map_loss, self.preset.fast_map, close_power
+        )
+        return network
 
     def __call__(self) -> dict[str, Any]:
         """Run every unfinished stage and write metrics and previews.
@@ -128,187 +91,100 @@ class Training:
         Returns:
             the contents of metrics.json.
         """
-        self._write_sources()
-        student = self.student
-        transparency = self._build("transparency", Transparency)
-        self._train(
-            "transparency", transparency, self._transparency_loss,
-            self.preset.transparency,
-        )  # fmt: skip
-        sampler = self._build("sampler", Sampler)
-        self._train("sampler", sampler, self._sampler_loss, self.preset.sampler)
-        fast_map = self._build("fast_map", FastMap)
-        self._train(
-            "fast_map",
-            fast_map,
-            self._fast_map_loss,
-            self.preset.fast_map,
-            finish=lambda: fast_map.close_power(
-                *self._tensors(self.cap_samples.point, self.cap_samples.radiance)
-            ),
-        )
-        metrics = self._metrics(student)
+        self.lamp.store()
+        student, transparency = self.student, self.transparency
+        self.sampler, self.fast_map  # noqa: B018 - trained and stored when first named
+        metrics = self._metrics()
+        device = self.stages.device
         write_previews(
-            self.run,
-            self.luminaire.exit_surface,
-            as_function(student, self.device),
-            as_function(transparency, self.device),
-            self.teacher.radiance if "teacher" in self.__dict__ else None,
+            self.stages.run,
+            self.lamp.surface,
+            as_function(student, device),
+            as_function(transparency, device),
+            self.route.teacher_radiance,
         )
-        self.run.write_json("metrics.json", metrics)
+        self.stages.run.write_json("metrics.json", metrics)
         return metrics
 
-    def _write_sources(self) -> None:
-        """Store what the exporter needs of the lamp itself."""
-        if (self.run.path / "escaped.npz").is_file():
-            self.__dict__["description"] = self.run.description  # spares a resumed run the tracing
-            return
-        records, triangle = self._traced
-        surface = self.luminaire.exit_surface
-        self.run.write_json("description.json", self.description.to_dict())
-        self.run.write_arrays(
-            "surface.npz",
-            positions=surface.positions,
-            triangles=surface.triangles,
-            triangle_flux=triangle_flux(records, triangle, len(surface.triangles)),
-        )
-        direction, weight = escaped_part(records, ESCAPED)
-        self.run.write_arrays("escaped.npz", direction=direction, weight=weight)
-
-    def _metrics(self, student: Student) -> dict[str, Any]:
+    def _metrics(self) -> dict[str, Any]:
         """Contents of metrics.json: flux, fidelity, and each stage's time and losses."""
-        stages = {
-            name: self.run.read_json(f"networks/{name}.json")
-            for name in STAGES
-            if (self.run.path / "networks" / f"{name}.json").is_file()
-        }
+        radiance = as_function(self.student, self.stages.device)
         return {
-            "flux": list(self.description.flux),
-            "flux_error": list(self.description.flux_error),
-            "flux_gain": student.gain.tolist(),
-            **fidelity(
-                as_function(student, self.device),
-                self.luminaire.exit_surface,
-                self.held_out,
-                self._rng("metrics"),
-            ),
-            "seconds": {
-                **{k: round(v, 2) for k, v in self.seconds.items()},
-                **{k: v["seconds"] for k, v in stages.items()},
-            },
-            "losses": {k: v["losses"] for k, v in stages.items()},
-            "skipped_steps": {k: v["skipped"] for k, v in stages.items()},
+            "flux": list(self.lamp.description.flux),
+            "flux_error": list(self.lamp.description.flux_error),
+            "flux_gain": self.student.gain.tolist(),
+            **fidelity(radiance, self.lamp.surface, self.lamp.held_out, self.stages.rng("metrics")),
+            **self.stages.metrics(),
         }
 
     # Losses; their data is made at the first step
 
-    def _teacher_loss(self, flow: DirectionalFlow) -> Loss:
-        batches = TeacherBatches(self._traced[0], self.device)
-        size = self.preset.teacher.batch
-        return lambda rng: -flow.log_pdf_projected(*batches.draw(rng, size)).mean()
-
-    def _student_loss(self, student: Student) -> Loss:
-        teacher, samples = self.teacher, self.preset.distillation_samples
-        with self._bar("distillation", samples, "ray") as update:
-            data = self._tensors(
-                *distillation_set(
-                    self.luminaire.exit_surface, teacher, samples, self._rng("distillation"), update
-                )
-            )
-        return lambda rng: student.loss(*_rows(data, rng, self.preset.student.batch))
-
     def _transparency_loss(self, transparency: Transparency) -> Loss:
-        samples, rng = self.preset.transparency_samples, self._rng("transparency")
-        data = self._tensors(*throughput_set(self.luminaire, samples, rng, self.seed + 5))
+        samples, rng = self.preset.transparency_samples, self.stages.rng("transparency")
+        seed = self.stages.seed + 5
+        data = self.stages.tensors(*throughput_set(self.lamp.luminaire, samples, rng, seed))
         size = self.preset.transparency.batch
-        return lambda rng: transparency.loss(*_rows(data, rng, size))
+        return lambda rng: transparency.loss(*rows(data, rng, size))
 
     def _sampler_loss(self, sampler: Sampler) -> Loss:
         batches, size = SamplerBatches(self.cap_samples), self.preset.sampler.batch
-        return lambda rng: -sampler.log_density(*self._tensors(*batches.draw(rng, size))).mean()
+        tensors = self.stages.tensors
+        return lambda rng: -sampler.log_density(*tensors(*batches.draw(rng, size))).mean()
 
     def _fast_map_loss(self, fast_map: FastMap) -> Loss:
-        data = self._tensors(self.cap_samples.point, self.cap_samples.radiance)
-        return lambda rng: fast_map.loss(*_rows(data, rng, self.preset.fast_map.batch))
-
-    # Helpers
-
-    def _build(self, name: str, kind: Callable[[Description, Preset], Module]) -> Module:
-        """A network with initial weights that depend on the seed and the stage only."""
-        torch.manual_seed(self.seed * 1009 + STAGES.index(name))
-        return kind(self.description, self.preset).to(self.device)
-
-    def _train(
-        self,
-        name: str,
-        module: Module,
-        loss: Callable[[Module], Loss],
-        settings: Optimisation,
-        finish: Callable[[], None] = lambda: None,
-    ) -> None:
-        """Optimise a network, or load it when an earlier run finished it."""
-        if self.run.finished(name):
-            self.run.load(name, module)
-            module.to(self.device)
-            return
-        objective, seed = loss(module), self.seed * 1009 + STAGES.index(name)
-        checkpoint = self.run.path / "checkpoints" / f"{name}.safetensors"
-        start = time.monotonic()
-        with self._bar(name, settings.steps, "step") as update:
-            trace = optimise(module, objective, settings, seed, checkpoint, update)
-        finish()
-        record = {"seconds": round(time.monotonic() - start, 2), **trace.to_dict()}
-        self.run.save(name, module, record)
-
-    def _bar(self, name: str, total: int, unit: str) -> Bar:
-        title = f"[{STAGES.index(name) + 1}/{len(STAGES)}] {name}"
-        return Bar(title, total, unit, lambda s: self.seconds.setdefault(name, s))
-
-    def _rng(self, stage: str, part: int = 0) -> np.random.Generator:
-        key = STAGES.index(stage) if stage in STAGES else len(STAGES)
-        return np.random.default_rng([self.seed, key, part])
-
-    def _tensors(self, *arrays: Float) -> tuple[Tensor, ...]:
-        return tuple(torch.from_numpy(a).to(self.device) for a in arrays)
-
-
-def _rows(data: tuple[Tensor, ...], rng: np.random.Generator, size: int) -> tuple[Tensor, ...]:
-    """The same random rows of several tensors."""
-    index = torch.from_numpy(rng.integers(0, len(data[0]), size)).to(data[0].device)
-    return tuple(t[index] for t in data)
+        data = self.stages.tensors(self.cap_samples.point, self.cap_samples.radiance)
+        return lambda rng: fast_map.loss(*rows(data, rng, self.preset.fast_map.batch))
 
 
 def start(
-    scene: Path, output: Path, preset: Preset, seed: int, device: str, *, resume: bool
+    scene: Path,
+    output: Path,
+    preset: Preset,
+    seed: int,
+    device: str,
+    *,
+    resume: bool,
+    route: str = "teacher",
+    anchor: bool = False,
 ) -> Training:
     """Prepare a run directory for a luminaire, or continue one.
+
+    Arguments:
+        route: one of `routes.ROUTES`.
+        anchor: whether the student encodes the ray's anchor (`surface_network`).
 
     Raises:
         PureLightError: the directory holds another run, or a run and `resume` is not set.
     """
-    run = RunDirectory(output)
+    run, preset = RunDirectory(output), preset.for_route(route, anchor=anchor)
     if not scene.is_file():
         raise PureLightError(f"{scene}: no such file; give a Mitsuba 3 scene (.xml) of a lamp")
     config = {
         "format": 1,
         "luminaire": str(scene.resolve()),
         "digest": scene_digest(scene),
-        "route": "teacher",
+        "route": route,
         "seed": seed,
         "preset": preset.to_dict(),
     }
-    if (output / "config.json").is_file():
-        if not resume:
-            raise PureLightError(f"{output}: holds a run already; add --resume or choose another")
-        old = run.config
-        changed = [k for k in ("digest", "seed", "preset") if old.get(k) != config[k]]
-        if changed:
-            raise PureLightError(
-                f"{output}: was made with another {changed[0]}; choose another --output"
-            )
-    training = Training(run, scene, preset, seed, torch.device(device))
-    if not (output / "config.json").is_file():
-        training.description  # noqa: B018 - a faulty or dark lamp must leave nothing behind
+    known = (output / "config.json").is_file()
+    if known:
+        _require_same(run, config, resume=resume)
+    stages = Stages(run, seed, torch.device(device), ROUTES[route].names)
+    lamp = TracedLamp(scene, preset.paths, stages)
+    if not known:
+        lamp.description  # noqa: B018 - a faulty or dark lamp must leave nothing behind
         output.mkdir(parents=True, exist_ok=True)
         run.write_json("config.json", config)
-    return training
+    return Training(ROUTES[route](lamp, preset, stages))
+
+
+def _require_same(run: RunDirectory, config: dict[str, Any], *, resume: bool) -> None:
+    if not resume:
+        raise PureLightError(f"{run.path}: holds a run already; add --resume or choose another")
+    old = run.config
+    changed = [k for k in ("digest", "seed", "route", "preset") if old.get(k) != config[k]]
+    if changed:
+        raise PureLightError(
+            f"{run.path}: was made with another {changed[0]}; choose another --output"
+        )

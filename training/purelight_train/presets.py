@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
+
+from purelight_format.errors import PureLightError
 
 
 @dataclass(frozen=True)
@@ -45,7 +47,20 @@ class Optimisation:
 
 @dataclass(frozen=True)
 class Preset:
-    """Everything that differs between draft, standard and paper."""
+    """Everything that differs between draft, standard and paper, and between the routes.
+
+    Arguments:
+        paths: emitted paths whose records are kept: for flux, photon map and, unless
+            `fresh_records`, for all training.
+        density_neighbours: photons that the photon map's radius is to hold on average.
+        fresh_records: generate records during optimisation, each used once, as the paper does.
+        photons: optimisation of the student on the route `photons`; its batch counts photons.
+        photon_loss: `logistic` or `poisson` (`photon_loss`).
+        reference_ratio: weight of the reference rays against the photons, for `logistic`.
+        anchor_grid: grid over the ray's anchor (`surface_network`), or none.
+        student_link: `log1p` or `log` (`student`).
+        The others are sizes, samples and steps of the networks they are named after.
+    """
 
     name: str
     paths: int
@@ -67,10 +82,57 @@ class Preset:
     sampler: Optimisation
     fast_map_network: MLPSize
     fast_map: Optimisation
+    photons: Optimisation
+    photon_loss: str = "logistic"
+    reference_ratio: float = 3.0
+    fresh_records: bool = False
+    anchor_grid: GridSize | None = None
+    student_link: str = "log1p"
 
     def to_dict(self) -> dict[str, Any]:
         """A JSON-ready form of the preset."""
         return asdict(self)
+
+    @staticmethod
+    def from_dict(data: dict[str, Any]) -> Preset:
+        """Inverse of `to_dict`.
+
+        Raises:
+            PureLightError: the preset was written by another version.
+        """
+        try:
+            return Preset(**{key: _part(key, value) for key, value in data.items()})
+        except TypeError:
+            raise PureLightError("the run was made by another version; train again") from None
+
+    def for_route(self, route: str, *, anchor: bool) -> Preset:
+        """The preset of a route; an anchor takes its grid out of the student's, size for size.
+
+        The route `photons` traces what it learns from while it learns, and keeps few records.
+        """
+        preset = self
+        if route == "photons":
+            preset = replace(self, student_link="log", paths=self.paths // 4)
+        half = half_grid(self.student_grid)
+        return replace(preset, student_grid=half, anchor_grid=half) if anchor else preset
+
+
+def half_grid(grid: GridSize) -> GridSize:
+    """A grid of about half the size: five eighths of the levels, up to half the resolution."""
+    levels = max(2, round(grid.levels * 5 / 8))
+    return replace(grid, levels=levels, finest=max(grid.base, grid.finest // 2))
+
+
+def _part(key: str, value: Any) -> Any:
+    if not isinstance(value, dict):
+        return value
+    if key.endswith("grid"):
+        return GridSize(**value)
+    if key.endswith("network"):
+        return MLPSize(**value)
+    if key.endswith("flow"):
+        return FlowSize(value["couplings"], MLPSize(**value["network"]), value["bins"])
+    return Optimisation(**value)
 
 
 DRAFT = Preset(
@@ -94,6 +156,7 @@ DRAFT = Preset(
     sampler=Optimisation(800, 1 << 14, 4e-3),
     fast_map_network=MLPSize(32, 3),
     fast_map=Optimisation(2000, 1 << 8, 3e-3),
+    photons=Optimisation(1500, 1 << 11, 1e-2),
 )
 
 STANDARD = Preset(
@@ -117,6 +180,7 @@ STANDARD = Preset(
     sampler=Optimisation(6000, 1 << 14, 3e-3),
     fast_map_network=MLPSize(128, 4),
     fast_map=Optimisation(6000, 1 << 7, 2e-3),
+    photons=Optimisation(12_000, 1 << 12, 1e-2),
 )
 
 PAPER = Preset(
@@ -140,6 +204,8 @@ PAPER = Preset(
     sampler=Optimisation(100_000, 1 << 17, 1e-3),
     fast_map_network=MLPSize(512, 5),
     fast_map=Optimisation(50_000, 1 << 10, 1e-3),
+    photons=Optimisation(50_000, 1 << 15, 5e-3),
+    fresh_records=True,
 )
 
 PRESETS = {preset.name: preset for preset in (DRAFT, STANDARD, PAPER)}

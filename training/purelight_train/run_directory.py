@@ -26,7 +26,7 @@ from purelight_format import atomic
 from purelight_format.errors import PureLightError
 from purelight_train.description import Description
 from purelight_train.fast_map import FastMap
-from purelight_train.presets import FlowSize, GridSize, MLPSize, Optimisation, Preset
+from purelight_train.presets import Preset
 from purelight_train.sampler import Sampler
 from purelight_train.student import Student
 from purelight_train.transparency import Transparency
@@ -94,7 +94,7 @@ class RunDirectory:
 
     @property
     def preset(self) -> Preset:
-        return _preset(self.config["preset"])
+        return Preset.from_dict(self.config["preset"])
 
     @property
     def description(self) -> Description:
@@ -137,20 +137,3 @@ class RunDirectory:
         ):  # fmt: skip
             self.load(name, module)
         return Networks(student, transparency, sampler, fast_map)
-
-
-def _preset(data: dict[str, Any]) -> Preset:
-    """A preset from its JSON form."""
-
-    def build(key: str, value: Any) -> Any:
-        if not isinstance(value, dict):
-            return value
-        if key.endswith("grid"):
-            return GridSize(**value)
-        if key.endswith("network"):
-            return MLPSize(**value)
-        if key.endswith("flow"):
-            return FlowSize(value["couplings"], MLPSize(**value["network"]), value["bins"])
-        return Optimisation(**value)
-
-    return Preset(**{key: build(key, value) for key, value in data.items()})

@@ -12,15 +12,17 @@ from torch import Tensor, nn
 from purelight_train.coupling_flow import CouplingFlow
 from purelight_train.description import Description
 from purelight_train.encodings import one_blob
-from purelight_train.exit_records import ExitRecords
+from purelight_train.exit_records import ExitRecords, settle
 from purelight_train.exit_surface import ExitSurface
 from purelight_train.geometry import direction_to_square
+from purelight_train.light_tracing import BATCH, trace_records
+from purelight_train.luminaire import Luminaire
 from purelight_train.positional_density import PositionalDensity
 from purelight_train.presets import Preset
 from purelight_train.surface_network import make_grid
 
 NORMAL_BINS = 16
-BATCH = 1 << 15
+EVALUATED = 1 << 15
 
 
 class DirectionalFlow(nn.Module):
@@ -70,7 +72,7 @@ class DirectionalFlow(nn.Module):
         return self.flow.log_density(square, context) - math.log(math.pi)
 
 
-class TeacherBatches:
+class PowerBatches:
     """Batches of exit records for the weighted likelihood of Eq. 7.
 
     A record and a channel are drawn in proportion to the record's power in that channel, which
@@ -97,6 +99,28 @@ class TeacherBatches:
         chosen = torch.from_numpy(np.minimum(index, len(self.cumulative[0]) - 1).astype(np.int64))
         position, normal, outgoing = (t[chosen.to(t.device)] for t in self.tensors)
         return position, normal, outgoing, torch.from_numpy(channel).to(position.device)
+
+
+class FreshBatches:
+    """`PowerBatches` of records generated while they are used, as in the paper.
+
+    Memory is that of one batch of paths, whatever their number; as many rows are drawn from it as
+    it has records.
+    """
+
+    def __init__(self, luminaire: Luminaire, device: torch.device) -> None:
+        self.luminaire, self.device = luminaire, device
+        self.batches: PowerBatches | None = None
+        self.left = 0
+
+    def draw(self, rng: np.random.Generator, size: int) -> tuple[Tensor, Tensor, Tensor, Tensor]:
+        """As `PowerBatches.draw`."""
+        if self.batches is None or self.left <= 0:
+            records = trace_records(self.luminaire.scene, BATCH, int(rng.integers(1 << 31)))
+            settled, _ = settle(records, self.luminaire.exit_surface)
+            self.batches, self.left = PowerBatches(settled, self.device), len(settled)
+        self.left -= size
+        return self.batches.draw(rng, size)
 
 
 class Teacher:
@@ -130,15 +154,16 @@ class Teacher:
         result = self.density.exitance(position, shading)
         result *= np.clip(ratio, 0.5, 2)[:, None].astype(np.float32)
         device = self.flow.centre.device
-        for i in range(0, len(position), BATCH):
+        for i in range(0, len(position), EVALUATED):
             part = [
-                torch.from_numpy(a[i : i + BATCH]).to(device) for a in (position, shading, outgoing)
+                torch.from_numpy(a[i : i + EVALUATED]).to(device)
+                for a in (position, shading, outgoing)
             ]
             for channel in range(3):
                 if self.description.channels[channel]:
                     index = torch.full((len(part[0]),), channel, device=device)
                     log = self.flow.log_pdf_projected(part[0], part[1], part[2], index)
-                    result[i : i + BATCH, channel] *= torch.exp(log).cpu().numpy()
+                    result[i : i + EVALUATED, channel] *= torch.exp(log).cpu().numpy()
         return result
 
     def _shading_normals(

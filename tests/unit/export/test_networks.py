@@ -63,6 +63,27 @@ def test_appearance(
     np.testing.assert_allclose(result, expected, rtol=1e-5, atol=tolerance)
 
 
+@pytest.mark.parametrize("route", ["teacher", "photons"])
+@pytest.mark.parametrize("anchor", [False, True])
+@pytest.mark.parametrize("compact", [False, True])
+def test_appearance_of_every_route(
+    description: Description,
+    preset: Preset,
+    wild: Wild,
+    surface_inputs: dict[str, np.ndarray],
+    compact: bool,
+    anchor: bool,
+    route: str,
+) -> None:
+    student = wild(Student, description, preset.for_route(route, anchor=anchor))
+    result = Session(networks.appearance(student, compact=compact))(surface_inputs)["radiance"]
+    with torch.no_grad():
+        expected = student(*tensors(*surface_inputs.values())).numpy()
+    np.testing.assert_allclose(
+        result, expected, rtol=1e-3 if compact else 1e-5, atol=5e-4 * description.radiance_scale
+    )
+
+
 @pytest.mark.parametrize("power", [1e-6, 1e6])
 def test_the_power_of_a_lamp_only_scales_its_radiance(
     description: Description,

@@ -44,13 +44,14 @@ TINY = dataclasses.replace(
     cap_points=1 << 8,
     sampler=Optimisation(30, 1 << 10, 1e-2),
     fast_map=Optimisation(30, 1 << 5, 1e-2),
+    photons=Optimisation(200, 1 << 11, 1e-2),
 )
 
 
 def train(lamp: Path, output: Path, preset: Preset = TINY, **options: Any) -> dict[str, Any]:
     from purelight_train.pipeline import start
 
-    return start(lamp, output, preset, 0, "cpu", resume=options.get("resume", False))()
+    return start(lamp, output, preset, 0, "cpu", **{"resume": False, **options})()
 
 
 @pytest.fixture(scope="module")
@@ -84,6 +85,45 @@ def test_run_is_complete(run: Path) -> None:
     assert torch.isfinite(toward).all()
     assert pdf[1] == 0
     assert (pdf[[0, 2]] > 0).all()
+
+
+def test_route_photons(run: Path, lamp: Path, tmp_path: Path) -> None:
+    """No teacher, the same files, and as good a likelihood."""
+    from purelight_train.run_directory import RunDirectory
+
+    metrics = train(lamp, tmp_path, route="photons", anchor=True)
+    opened = RunDirectory.open(tmp_path)
+    assert opened.config["route"] == "photons"
+    assert opened.networks().student.anchor is not None
+    assert set(metrics["losses"]) == {"student", "transparency", "sampler", "fast_map"}
+    np.testing.assert_allclose(metrics["student_flux"], metrics["flux"], rtol=0.02)
+    np.testing.assert_allclose(metrics["flux_gain"], 1, atol=0.05)
+    taught = json.loads((run / "metrics.json").read_text())
+    assert metrics["held_out_gain_nats"] > taught["held_out_gain_nats"] - 0.05
+
+
+def test_fresh_records(lamp: Path, tmp_path: Path) -> None:
+    """Records generated during optimisation teach the flow as well."""
+    import copy
+
+    from purelight_train.stages import Stages
+
+    preset = dataclasses.replace(TINY, fresh_records=True)
+    from purelight_train.pipeline import start
+
+    training = start(lamp, tmp_path, preset, 0, "cpu", resume=False)
+    route: Any = training.route
+    assert isinstance(training.stages, Stages)
+    untrained = copy.deepcopy(route.stages.build(
+        "teacher", type(route.teacher.flow), training.lamp.description, preset
+    ))  # fmt: skip
+    held = training.lamp.held_out.take(slice(4096))
+    arrays = training.stages.tensors(held.position, held.normal, held.direction)
+    red = torch.zeros(4096, dtype=torch.int64)
+    with torch.no_grad():
+        gain = route.teacher.flow.log_pdf_projected(*arrays, red)
+        gain = gain - untrained.log_pdf_projected(*arrays, red)
+    assert float(gain.mean()) > 0.2
 
 
 def test_interrupted_run_ends_the_same(run: Path, lamp: Path, tmp_path: Path) -> None:
@@ -160,6 +200,8 @@ def test_other_run_in_the_way(run: Path, lamp: Path) -> None:
 
     with pytest.raises(PureLightError, match="--resume"):
         train(lamp, run)
+    with pytest.raises(PureLightError, match="another route"):
+        train(lamp, run, resume=True, route="photons")
     with pytest.raises(PureLightError, match="another preset"):
         train(lamp, run, preset=PRESETS["standard"], resume=True)
 

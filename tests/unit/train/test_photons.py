@@ -1,0 +1,114 @@
+"""Fitting to photons: the losses' minima, the measure of the rays, the weights."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import torch
+
+from purelight_format.errors import PureLightError
+from purelight_train.photon_loss import chosen_loss, logistic, poisson
+from purelight_train.presets import DRAFT
+
+TRUE = torch.tensor([0.02, 0.5, 3.0, 200.0], dtype=torch.float64)  # radiance of four cells
+
+
+@pytest.mark.parametrize("loss", [poisson, logistic(1.0), logistic(3.0), logistic(30.0)])
+@pytest.mark.parametrize("measure", [1.0, 0.4])
+def test_least_at_the_radiance(loss: Any, measure: float) -> None:
+    """With every cell a reference ray and a photon of the cell's weight, the minimum is TRUE."""
+    raw = torch.zeros(4, 1, dtype=torch.float64, requires_grad=True)
+    optimizer = torch.optim.LBFGS(
+        [raw], max_iter=500, tolerance_change=0, line_search_fn="strong_wolfe"
+    )
+    weight, visible = (TRUE * measure)[:, None], torch.full((4, 1), measure, dtype=torch.float64)
+
+    def closure() -> torch.Tensor:
+        optimizer.zero_grad()
+        value: torch.Tensor = loss(raw, weight, raw, visible)
+        value.backward()
+        return value
+
+    optimizer.step(closure)
+    torch.testing.assert_close(raw.detach()[:, 0], TRUE.log(), atol=1e-3, rtol=0)
+
+
+def test_unknown_loss_is_refused() -> None:
+    import dataclasses
+
+    with pytest.raises(PureLightError, match="logistic"):
+        chosen_loss(dataclasses.replace(DRAFT, photon_loss="cubic"))
+
+
+def test_reference_rays_are_uniform_by_area_and_projected_angle(lamp: Path) -> None:
+    """On a convex lamp their measure is pi A, their cosine 2/3 and their points uniform."""
+    from purelight_train.luminaire import load_luminaire
+    from purelight_train.photon_batches import reference_rays
+
+    surface = load_luminaire(lamp).exit_surface
+    rng = np.random.default_rng(0)
+    position, normal, outgoing, measure = reference_rays(surface, 1 << 18, rng)
+    assert measure == pytest.approx(1, abs=5e-3)
+    cosine = np.einsum("nd,nd->n", normal, outgoing)
+    assert cosine.mean() == pytest.approx(2 / 3, abs=2e-3)
+    offset = position - np.asarray(surface.sphere.center)
+    assert np.abs(offset.mean(0)).max() < 5e-3 * surface.sphere.radius
+    np.testing.assert_allclose((offset**2).mean(0), surface.sphere.radius**2 / 3, rtol=0.02)
+
+
+def test_photons_weigh_one_in_every_channel(lamp: Path) -> None:
+    from purelight_train.light_tracing import trace_records
+    from purelight_train.luminaire import load_luminaire
+    from purelight_train.photon_batches import seen_photons
+
+    luminaire = load_luminaire(lamp)
+    records = trace_records(luminaire.scene, 1, 0)
+    *_, weight = seen_photons(records, luminaire.exit_surface, records.flux)
+    assert len(weight) > 0.99 * len(records)
+    np.testing.assert_allclose(weight.mean(0), 1, rtol=0.01)
+    *_, red = seen_photons(records, luminaire.exit_surface, records.flux * np.array([1, 0, 0]))
+    assert (red[:, 1:] == 0).all()
+
+
+def test_student_finds_a_lambertian_sphere(lamp: Path, mitsuba: Any) -> None:
+    """Endless photons of a bare sphere: the fitted radiance is its own, to a few per cent."""
+    import dataclasses
+
+    from purelight_train.description import Description
+    from purelight_train.light_tracing import trace_records
+    from purelight_train.luminaire import load_luminaire
+    from purelight_train.photon_batches import PhotonBatches
+    from purelight_train.photon_loss import student_loss
+    from purelight_train.presets import GridSize, MLPSize
+    from purelight_train.student import Student
+
+    path = lamp.parent / "bare.xml"
+    path.write_text(
+        '<scene version="3.0.0"><shape type="sphere"><float name="radius" value="0.01"/>'
+        '<emitter type="area"><rgb name="radiance" value="3,0,1"/></emitter></shape></scene>'
+    )
+    luminaire = load_luminaire(path)
+    records = trace_records(luminaire.scene, 1, 0)
+    description = Description.of(records, luminaire.exit_surface)
+    small = dataclasses.replace(
+        DRAFT, student_grid=GridSize(1, 2, 4, 4, 1 << 10), student_network=MLPSize(16, 1)
+    ).for_route("photons", anchor=False)
+    torch.manual_seed(0)
+    student = Student(description, small)
+    batches = PhotonBatches(luminaire, description, torch.device("cpu"))
+    adam, rng = torch.optim.Adam(student.parameters(), lr=1e-2), np.random.default_rng(0)
+    for step in range(120):
+        adam.param_groups[0]["lr"] = 1e-2 * 0.5 * (1 + math.cos(math.pi * step / 120))
+        adam.zero_grad()
+        student_loss(student, *batches.draw(rng, 1 << 11), chosen_loss(small)).backward()
+        adam.step()
+    *rays, _ = batches.references.draw(rng, 1 << 12)
+    with torch.no_grad():
+        value = student(*rays).numpy()
+    assert (value[:, 1] == 0).all()
+    np.testing.assert_allclose(value.mean(0)[[0, 2]], [3, 1], rtol=0.03)
+    assert (value.std(0) < 0.08 * np.array([3, 1, 1])).all()
