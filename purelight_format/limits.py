@@ -71,7 +71,8 @@ class Limits:
     def __post_init__(self) -> None:
         for field in fields(self):
             value, most = getattr(self, field.name), getattr(Limits, field.name)
-            if not isinstance(value, int) or not 0 <= value <= most:
+            least = 1 if field.name == "issues" else 0  # One error makes a report invalid.
+            if not isinstance(value, int) or not least <= value <= most:
                 raise PureLightError(
                     f"the limit {field.name} cannot be {value!r}: it may be lowered from {most}"
                 )

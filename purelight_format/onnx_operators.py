@@ -377,7 +377,7 @@ _FLOATS = _elementwise((FLOAT,))
 _NUMBERS = _elementwise(NUMBER)
 _COMPARISON = _elementwise(NUMBER, BOOL)
 _LOGIC = _elementwise((BOOL,))
-_MANY = 256
+_MANY = LIMITS.node_inputs
 
 OPERATORS = {
     **dict.fromkeys(

@@ -245,7 +245,8 @@ def _node(proto: Any, values: dict[str, Tensor], where: str, limits: Limits) -> 
         fail("PLX_ONNX_OP_NOT_ALLOWED", where, op=proto.op_type[:80])
     operator = OPERATORS[proto.op_type]
     count = len(proto.input)
-    if not operator.least <= count <= operator.most or len(proto.output) > limits.node_outputs:
+    most = min(operator.most, limits.node_inputs)
+    if not operator.least <= count <= most or len(proto.output) > limits.node_outputs:
         what = f"{proto.op_type} with {count} inputs and {len(proto.output)} outputs"
         fail("PLX_ONNX_ATTRIBUTE", where, what=what)
     for name in proto.input:

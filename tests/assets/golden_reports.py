@@ -27,12 +27,21 @@ KEPT = 5  # Issues of a long report.
 
 def report(name: str, folder: Path) -> Report:
     """Validates an asset as a file."""
-    maker, beside = MAKERS[name]
-    return report_of(maker(), None, folder) if beside else report_of(None, maker(), folder)
+    return validate(write(name, folder))
 
 
 def report_of(layer: bytes | None, bundle: bytes | None, folder: Path) -> Report:
     """Validates a bundle, by default the good lamp, with a layer beside it."""
+    return validate(_write(layer, bundle, folder))
+
+
+def write(name: str, folder: Path) -> Path:
+    """Writes an asset."""
+    maker, beside = MAKERS[name]
+    return _write(maker(), None, folder) if beside else _write(None, maker(), folder)
+
+
+def _write(layer: bytes | None, bundle: bytes | None, folder: Path) -> Path:
     path = folder / "lamp.plux"
     data = lamp.seal_as_written() if bundle is None else bundle
     with open(path, "wb") as file:  # The gigabyte of zeros is a hole.
@@ -40,7 +49,7 @@ def report_of(layer: bytes | None, bundle: bytes | None, folder: Path) -> Report
         file.truncate(len(data))
     if layer is not None:
         path.with_suffix(".usda").write_bytes(layer)
-    return validate(path)
+    return path
 
 
 def lines(report: Report) -> list[str]:

@@ -7,6 +7,7 @@ import multiprocessing
 import resource
 import time
 import traceback
+import warnings
 from dataclasses import dataclass, field
 from multiprocessing.sharedctypes import Synchronized
 from pathlib import Path
@@ -58,6 +59,7 @@ def data_of(target: str, number: int) -> bytes:
 
 def try_inputs(target: str, first: int, count: int, until: float, at: Any = None) -> Tally:
     """Runs numbered inputs in this process, until a time."""
+    warnings.simplefilter("error")  # A warning is a thing that was not thought of.
     tally, check, began = Tally(), TARGETS[target].check, time.monotonic()
     for number in range(first, first + count):
         if at is not None:

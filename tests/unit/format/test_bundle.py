@@ -6,6 +6,7 @@ import hashlib
 import json
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import jsonschema
 import numpy as np
@@ -50,6 +51,28 @@ def test_the_digest_stands_for_every_member(path: Path) -> None:
     manifest, members = lamp.parts()
     other = bundle.write(path, manifest, {**members, "preview.png": lamp.PNG + b"."})
     assert other.digest != opened.digest
+
+
+def test_a_newer_bundle_is_read_and_written_again_with_all_it_holds(path: Path) -> None:
+    """Unknown fields, networks and extensions of a newer minor version survive."""
+    content = {**lamp.good(), "extensions/org.example.haze/grid.bin": b"\1\2\3"}
+
+    def newer(root: dict[str, Any]) -> None:
+        root.update(format_version="1.4", mood={"cosy": [1, 2]})
+        root["networks"]["appearance"]["tier"] = "high"
+        root["extensions"] = {"org.example.haze": {"density": 0.5, "grid": "grid.bin"}}
+
+    path.write_bytes(lamp.seal(content, newer))
+    report = validate(path)
+    assert report.valid
+    assert {issue.code.name for issue in report.issues} == {
+        "PLX_MANIFEST_VERSION_NEWER", "PLX_MANIFEST_UNKNOWN_FIELD",
+    }  # fmt: skip
+    first = Bundle.open(path)
+    kept = {name: first.read(name) for name in first.entries if name != "manifest.json"}
+    again = bundle.write(path.with_name("again.plux"), first.manifest, kept)
+    assert json.loads(again.read("manifest.json")) == json.loads(first.read("manifest.json"))
+    assert {name: again.read(name) for name in kept} == kept
 
 
 def test_an_invalid_bundle_is_not_written(path: Path) -> None:

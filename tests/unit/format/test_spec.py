@@ -7,10 +7,15 @@ from pathlib import Path
 
 import pytest
 
+from purelight_format.issues import CODES
 from purelight_format.limits import LIMITS, MIB
 from purelight_format.onnx_operators import OPERATORS
 from purelight_format.onnx_profile import IR_VERSION, OPSET
+from purelight_format.onnx_wire import FIELDS_EACH
+from purelight_format.usd_layer import COMPOSING, METADATA
+from purelight_format.validate import validate
 from purelight_format.vectors import SIGNATURES
+from tests.assets import example_page, smallest
 
 ROOT = Path(__file__).parents[3]
 SPEC = ROOT / "spec"
@@ -58,6 +63,14 @@ def test_the_networks_are_those_of_the_table() -> None:
         ("plux.md", "a3", [f"{LIMITS.array_bytes // MIB} MiB"]),
         ("onnx_profile.md", "n1", [f"{LIMITS.network_bytes // MIB} MiB", f"{LIMITS.nodes:,} nodes",
                                    f"{LIMITS.initializers:,} initializers"]),
+        ("onnx_profile.md", "n1", [f"{LIMITS.network_structure_bytes // MIB} MiB besides",
+                                   f"{LIMITS.nodes + FIELDS_EACH * LIMITS.initializers:,} fields"]),
+        ("usd.md", "u2", [f"{LIMITS.layer_words:,} quotations"]),
+        ("usd.md", "u3", [f"{METADATA // 1024} KiB"]),
+        ("usd.md", "u6", [keyword.decode() for keyword in COMPOSING]),
+        ("plux.md", "p1", [f"{LIMITS.picture_pixels:,} pixels"]),
+        ("onnx_profile.md", "n11", [f"{LIMITS.node_inputs} inputs",
+                                   f"{LIMITS.node_outputs:,} outputs"]),
         ("onnx_profile.md", "n2", [f"version {IR_VERSION}", f"opset {OPSET}"]),
         ("onnx_profile.md", "n14", [f"{LIMITS.sample_floats:,} elements",
                                     f"{LIMITS.sample_floats_sum:,}", f"{LIMITS.sample_macs:,}"]),
@@ -67,6 +80,43 @@ def test_the_networks_are_those_of_the_table() -> None:
 def test_limits_are_those_of_the_rules(page: str, anchor: str, figures: list[str]) -> None:
     text = rule(page, anchor)
     assert all(figure in text for figure in figures)
+
+
+def test_every_rule_names_a_code_and_every_code_is_of_a_rule() -> None:
+    rules = {
+        f"{page.name}#{anchor}": set(re.findall(r"`(PLX_\w+)`", text))
+        for page in PAGES
+        for anchor, text in re.findall(
+            r'<a id="([a-z]\d+)"></a>(.*?)(?=<a id=|\n\n|\Z)', page.read_text(), re.DOTALL
+        )
+    }
+    named = {code: anchor for anchor, codes in rules.items() for code in codes}
+    # Rules H are about hosts; the conformance suite finds who breaks them.
+    codeless = [anchor for anchor, codes in rules.items() if not codes]
+    assert [anchor for anchor in codeless if not anchor.startswith("conformance.md#h")] == []
+    assert named == {code.name: code.anchor for code in CODES.values()}
+
+
+def test_the_example_is_current() -> None:
+    remedy = "run: python -m tests.assets.example_page"
+    assert example_page.FILE.read_bytes() == smallest.data(), remedy
+    assert example_page.PAGE.read_text() == example_page.document(), remedy
+
+
+def test_the_example_is_valid() -> None:
+    assert validate(example_page.FILE).issues == ()
+
+
+def test_the_bytes_of_the_example_are_those_of_the_file() -> None:
+    """The page's dumps, read back, lie in the file where the page says."""
+    data = example_page.FILE.read_bytes()
+    lines = re.findall(
+        r"^    ([0-9a-f]{6})  ((?:[0-9a-f]{2} ?)+)", example_page.PAGE.read_text(), re.M
+    )
+    assert len(lines) > 20
+    for place, text in lines:
+        part = bytes.fromhex(text)
+        assert data[int(place, 16) :][: len(part)] == part
 
 
 def test_every_equation_that_code_cites_is_stated() -> None:

@@ -64,6 +64,24 @@ def test_the_bundle_under_another_name_is_a_usd_package(asset: Path) -> None:
     assert [lum.bundle for lum in found] == [f"{package}[manifest.json]"]
 
 
+def test_the_package_shows_the_fallback_light_and_the_mesh(asset: Path) -> None:
+    package = asset.with_name("copy.usdz")
+    shutil.copy(asset.with_name("lamp.plux"), package)
+    stage = Usd.Stage.Open(str(package))
+    root = stage.GetDefaultPrim()
+    light = UsdLux.SphereLight(root.GetChild("fallback"))
+    assert light
+    assert light.GetIntensityAttr().Get() > 0
+    table = UsdLux.ShapingAPI(light.GetPrim()).GetShapingIesFileAttr().Get()
+    assert table.resolvedPath == f"{package}[photometry.ies]"
+    mesh = UsdGeom.Mesh(root.GetChild("exit_surface"))
+    np.testing.assert_array_equal(mesh.GetPointsAttr().Get(), lamp.surface().positions)
+    assert UsdGeom.Imageable(mesh).ComputeVisibility() == UsdGeom.Tokens.inherited
+    cache = UsdGeom.BBoxCache(Usd.TimeCode.Default(), [UsdGeom.Tokens.guide])
+    box = cache.ComputeWorldBound(mesh.GetPrim()).ComputeAlignedRange()
+    np.testing.assert_allclose(box.GetMidpoint(), lamp.SPHERE.center, atol=1e-6)
+
+
 def test_the_layer_says_what_the_manifest_says(stage: Usd.Stage) -> None:
     prim = stage.GetDefaultPrim()
     assert prim.HasAPI("PureLightLuminaireAPI")
@@ -126,9 +144,15 @@ def test_the_layer_names_its_neighbours_only(asset: Path) -> None:
     assert named == {"./lamp.plux", "./lamp.usda", "./lamp.ies"}
 
 
-def test_a_scene_places_luminaires(asset: Path) -> None:
+def scene_with_two(asset: Path) -> Path:
+    """A scene that references the lamp twice, once as an instance."""
     scene = asset.with_name("scene.usda")
     stage = Usd.Stage.CreateNew(str(scene))
+    UsdGeom.SetStageMetersPerUnit(stage, 1.0)
+    UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.z)
+    room = UsdGeom.Xform.Define(stage, "/room").GetPrim()
+    Usd.ModelAPI(room).SetKind("assembly")
+    stage.SetDefaultPrim(room)
     for name, instanceable in (("one", False), ("two", True)):
         prim = UsdGeom.Xform.Define(stage, f"/room/{name}")
         prim.GetPrim().GetReferences().AddReference("./lamp.usda")
@@ -137,7 +161,15 @@ def test_a_scene_places_luminaires(asset: Path) -> None:
         prim.AddScaleOp().Set((2, 2, 2))
         prim.GetPrim().GetAttribute("purelight:dimmer").Set(0.25)
     stage.Save()
-    found = luminaires(Usd.Stage.Open(str(scene)))
+    return scene
+
+
+def test_a_scene_with_luminaires_has_no_fault_for_usd(asset: Path) -> None:
+    assert faults(scene_with_two(asset)) == []
+
+
+def test_a_scene_places_luminaires(asset: Path) -> None:
+    found = luminaires(Usd.Stage.Open(str(scene_with_two(asset))))
     assert [lum.path for lum in found] == ["/room/one", "/room/two"]
     digest = Bundle.open(asset.with_name("lamp.plux")).digest
     for lum in found:
