@@ -50,11 +50,11 @@ class Client:
     """
 
     def __init__(self, command: str | Sequence[str], timeout: float) -> None:
-        parts = shlex.split(command) if isinstance(command, str) else list(command)
         self._timeout, self._count = timeout, 0
         self._errors = tempfile.TemporaryFile()  # noqa: SIM115 - closed on exit
         self._worker = ThreadPoolExecutor(1)
         try:
+            parts = shlex.split(command) if isinstance(command, str) else list(command)
             self._process = subprocess.Popen(
                 parts, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._errors,
                 start_new_session=True,

@@ -290,7 +290,7 @@ def _estimate(ask: Query) -> Arrays:
 
 
 def _map_sample(ask: Query) -> Arrays:
-    """Eq. 12: a cell of the radiance map by its luminance, and a direction evenly inside it."""
+    """Eq. 13: a cell of the radiance map by its luminance, and a direction evenly inside it."""
     local = ask.instance.point(ask["point"])
     cap = geometry.cap(local, ask.sphere)
     cells = ask.asset("fast_map", ask.dtype, point=local)["radiance_map"].reshape(-1, 256, 3)

@@ -184,7 +184,8 @@ def compare(vectors: VectorSet, outputs: dict[str, np.ndarray]) -> Result:
             return _all_failed(vectors, f"{name} has shape {outputs[name].shape}, not {shape}")
         with np.errstate(invalid="ignore", over="ignore"):
             error = np.abs(outputs[name].astype(np.float64) - expected[order])
-            excess = np.where(error <= vectors.tolerances[name][order], 0, error)
+            met = np.isfinite(error) & (error <= vectors.tolerances[name][order])
+            excess = np.where(met, 0, error)
         for row in np.flatnonzero((excess != 0).reshape(count, -1).any(1)) if count else ():
             allowed = vectors.tolerances[name][order[row]].max()
             text = f"{name} is off by {excess[row].max():.3g}, at most {allowed:.3g}"

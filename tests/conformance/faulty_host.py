@@ -1,0 +1,159 @@
+"""A host that evaluates by the book in float32, but for one planted fault: its argument."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from purelight_format import geometry, reference
+from purelight_format.bundle import Bundle
+from purelight_format.conformance import operations, protocol
+from purelight_format.conformance.operations import OPERATIONS, Instance, Lamp, Query
+
+Arrays = dict[str, np.ndarray]
+
+
+class BookHost:
+    """Answers with the reference itself."""
+
+    name, version = "by the book", "1"
+    operations: tuple[str, ...] = tuple(OPERATIONS)
+
+    def __init__(self) -> None:
+        self._lamp: Lamp | None = None
+
+    def open(self, path: str) -> None:
+        self._lamp = Lamp.of(Bundle.open(path))
+
+    def evaluate(self, operation: str, parameters: Mapping[str, Any], inputs: Arrays) -> Arrays:
+        put = OPERATIONS[operation]
+        lamp = self._lamp if put.needs else None
+        with np.errstate(all="ignore"):
+            return put(lamp, parameters, inputs, np.float32)
+
+
+def spoil(operation: str, change: Callable[[Query, Arrays], Arrays]) -> None:
+    """Changes what the reference answers to an operation."""
+    right = OPERATIONS[operation]
+    OPERATIONS[operation] = replace(right, run=lambda ask: change(ask, right.run(ask)))
+
+
+def axis_order() -> None:
+    """Y up: the networks get y and z exchanged."""
+    right = Lamp.__call__
+
+    def ask(lamp: Lamp, network: str, dtype: Any, **inputs: np.ndarray) -> Arrays:
+        turned = {k: v[:, [0, 2, 1]] if v.shape[1] == 3 else v for k, v in inputs.items()}
+        return right(lamp, network, dtype, **turned)
+
+    Lamp.__call__ = ask  # type: ignore[method-assign]
+
+
+def cosine_measure() -> None:
+    """Densities per projected solid angle where they should be per solid angle."""
+
+    def estimate(ask: Query, answer: Arrays) -> Arrays:
+        local = ask.instance.point(ask["point"])
+        toward = ask.asset("sampler", ask.dtype, point=local, u=ask["u"])["toward"]
+        cosine = (ask.instance.to_world(toward) * ask["normal"]).sum(1)
+        return {"irradiance": answer["irradiance"] / np.where(cosine > 0, cosine, 1)[:, None]}
+
+    def area(ask: Query, answer: Arrays) -> Arrays:
+        offset = ask["position"] - ask["point"]
+        cosine = np.abs((offset * ask["normal"]).sum(1)) / np.linalg.norm(offset, axis=1)
+        return {"pdf_solid_angle": answer["pdf_solid_angle"] * cosine}
+
+    spoil("estimate", estimate)
+    spoil("area_to_solid_angle", area)
+
+
+def cancellation() -> None:
+    """1 - cos as it is written."""
+    right = geometry.cap
+
+    def cap(point: np.ndarray, sphere: geometry.BoundingSphere) -> geometry.Cap:
+        view = right(point, sphere)
+        sine = np.sqrt(view.one_minus_cos * (2 - view.one_minus_cos))
+        return replace(view, one_minus_cos=1 - np.sqrt(1 - sine * sine))
+
+    geometry.cap = cap
+
+
+def transposed_map() -> None:
+    """Rows of the radiance map for columns."""
+    right = Lamp.__call__
+
+    def ask(lamp: Lamp, network: str, dtype: Any, **inputs: np.ndarray) -> Arrays:
+        answer = right(lamp, network, dtype, **inputs)
+        return {k: v.swapaxes(1, 2) if k == "radiance_map" else v for k, v in answer.items()}
+
+    Lamp.__call__ = ask  # type: ignore[method-assign]
+
+
+def tf32() -> None:
+    """Operands of matrix products with ten bits of mantissa."""
+    right = reference.OPERATORS["Gemm"]
+
+    def rounded(x: np.ndarray) -> np.ndarray:
+        bits = np.ascontiguousarray(x, np.float32).view(np.uint32)
+        return ((bits + np.uint32(0x1000)) & np.uint32(0xFFFFE000)).view(np.float32)
+
+    reference.OPERATORS["Gemm"] = lambda x, weight, bias, **rest: right(
+        rounded(x), rounded(weight), bias, **rest
+    )
+
+
+def swapped_channels() -> None:
+    """Blue, green, red."""
+    for name in ("appearance", "fast_map", "instance_radiance", "view"):
+        spoil(name, lambda _, answer: {k: v[..., ::-1] for k, v in answer.items()})
+
+
+def unturned_normal() -> None:
+    """A triangle's normal as the mesh has it."""
+
+    def hits(found: operations.Hits, outgoing: np.ndarray) -> Arrays:
+        return {"position": found.position, "normal": found.normal, "outgoing": outgoing}
+
+    def surface(ask: Query, position: np.ndarray, normal: np.ndarray, out: np.ndarray) -> Arrays:
+        place = ask.instance
+        turned = {"normal": place.direction(normal), "outgoing": place.direction(out)}
+        return {"position": place.point(position), **turned}
+
+    operations._facing, operations._surface = hits, surface
+
+
+def transposed_rotation() -> None:
+    """Directions turned the wrong way."""
+    Instance.direction, Instance.to_world = (  # type: ignore[method-assign]
+        Instance.to_world, Instance.direction,
+    )  # fmt: skip
+
+
+def scaled_radiance() -> None:
+    """Radiance that grows with the area of an instance."""
+    for name in ("instance_radiance", "view"):
+        spoil(name, lambda ask, answer: {k: v * ask.instance.scale**2 for k, v in answer.items()})
+
+
+def uniform_transform_only_in_name() -> None:
+    """Any matrix is taken for a rotation and a scale."""
+    operations.UNEVEN = np.inf
+
+
+FAULTS = {
+    fault.__name__: fault
+    for fault in (
+        axis_order, cosine_measure, cancellation, transposed_map, tf32, swapped_channels,
+        unturned_normal, transposed_rotation, scaled_radiance, uniform_transform_only_in_name,
+    )
+}  # fmt: skip
+
+if __name__ == "__main__":
+    for name in sys.argv[1:]:
+        FAULTS[name]()
+    sys.exit(protocol.serve(BookHost()))

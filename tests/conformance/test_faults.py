@@ -1,0 +1,57 @@
+"""Faults planted in a host are caught by the vectors that hunt them, and by no control."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import pytest
+
+from purelight_format.conformance import runner
+from purelight_format.conformance.runner import FAILED
+from purelight_format.conformance.suite import Suite
+from tests.conformance.faulty_host import FAULTS
+
+HOST = Path(__file__).with_name("faulty_host.py")
+# The flag that hunts each fault; the part of its vectors that must fail; sets that must pass.
+HUNTED = {
+    "axis_order": ("AXIS_ORDER", 0.9, {"appearance/paint", "fast_map/paint", "frames/axes"}),
+    "cosine_measure": ("MEASURE", 0.2, {"sampler/wild", "appearance/wild", "cap/cap-near"}),
+    "cancellation": ("CANCELLATION", 0.5, {"frames/axes", "cap/square_to_disk"}),
+    "transposed_map": ("MAP_ORDER", 0.9, {"fast_map/paint", "appearance/compass"}),
+    "tf32": ("PRECISION", 0.5, {"frames/axes", "cap/cap-near", "appearance/paint"}),
+    "swapped_channels": ("CHANNEL_ORDER", 0.9, {"appearance/compass", "fast_map/compass"}),
+    "unturned_normal": ("NORMAL_SIDE", 0.8, {"appearance/wild", "sampler/wild"}),
+    "transposed_rotation": ("ROTATION", 0.8, {"appearance/wild", "composite/view-wild"}),
+    "scaled_radiance": ("SCALE", 0.4, {"instance/radiance-turned", "composite/view-wild"}),
+    "uniform_transform_only_in_name": ("REFUSE", 0.5, {"instance/radiance-scaled"}),
+}
+LAMPS = ("", "wild", "compass", "paint")
+
+
+@pytest.fixture(scope="module")
+def part(whole: Suite) -> Suite:
+    """The suite without the lamps of the hard cases, which no fault is about."""
+    sets = tuple(v for v in whole.sets if v.bundle in LAMPS and v.rows is None)
+    return Suite(sets, whole.bundles)
+
+
+def test_every_fault_has_a_flag() -> None:
+    assert HUNTED.keys() == FAULTS.keys()
+
+
+def test_the_host_without_a_fault_passes(part: Suite) -> None:
+    assert runner.run(part, [sys.executable, str(HOST)]).conforms
+
+
+@pytest.mark.parametrize("fault", HUNTED)
+def test_a_planted_fault_is_caught(fault: str, part: Suite) -> None:
+    flag, least, controls = HUNTED[fault]
+    report = runner.run(part, [sys.executable, str(HOST), fault])
+    assert not report.fault
+    assert not report.conforms
+    failed, checked = report.caught()[flag]
+    assert failed >= least * checked
+    assert any(flag in failure.hunts for failure in report.failures)
+    by_set = {result.vectors.id: result.outcome for result in report.results}
+    assert all(FAILED not in by_set[control] for control in controls)

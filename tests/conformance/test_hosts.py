@@ -1,0 +1,77 @@
+"""Three hosts pass the suite: ONNX Runtime, Mitsuba, and one in another language."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from purelight_format.bundle import Bundle
+from purelight_format.conformance import cli, maker, runner
+from purelight_format.conformance.operations import OPERATIONS
+from purelight_format.conformance.suite import Suite
+from purelight_format.conformance.text import to_text
+
+NODE = Path(__file__).parents[2] / "examples/hosts/node"
+SPARED = {  # Operations that rendering in Mitsuba has no use for.
+    "area_to_solid_angle", "direction_to_cap", "disk_to_square",
+}  # fmt: skip
+
+
+def passed(wanted: Suite, *command: str) -> runner.Report:
+    report = runner.run(wanted, command, timeout=120)
+    assert report.conforms, to_text(report)
+    assert not any(row["refused"] for row in report.groups().values())
+    return report
+
+
+def test_the_onnx_runtime_passes_everything(whole: Suite) -> None:
+    report = passed(whole, sys.executable, "-m", "purelight_onnx.conformance_host")
+    assert report.host.operations == OPERATIONS.keys()
+
+
+def test_the_mitsuba_runtime_passes_what_it_offers(whole: Suite) -> None:
+    report = passed(whole, sys.executable, "-m", "purelight_mitsuba.conformance_host")
+    assert report.host.operations == OPERATIONS.keys() - SPARED
+    skipped = {r.vectors.operation for r in report.results if runner.SKIPPED in r.outcome}
+    assert skipped == SPARED
+
+
+def node() -> str:
+    """Node.js, where it and the host's one package are installed."""
+    program = shutil.which("node")
+    if program is None:
+        pytest.skip("Node.js is not installed")
+    if not (NODE / "node_modules/onnxruntime-node").is_dir():
+        pytest.skip(f"onnxruntime-node is not installed: npm ci --ignore-scripts in {NODE}")
+    version = subprocess.run([program, "--version"], check=True, capture_output=True, text=True)
+    if int(version.stdout.lstrip("v").split(".")[0]) < 20:
+        pytest.skip(f"Node.js {version.stdout.strip()} is older than 20")
+    return program
+
+
+def test_a_host_in_another_language_passes_everything(whole: Suite) -> None:
+    report = passed(whole, node(), str(NODE / "host.mjs"))
+    assert report.host.operations == OPERATIONS.keys()
+
+
+def test_the_host_in_another_language_is_short_and_by_itself() -> None:
+    lines = (NODE / "host.mjs").read_text().splitlines()
+    assert len(lines) < 200
+    imports = [line.split('"')[1] for line in lines if line.startswith("import ")]
+    assert {name for name in imports if not name.startswith("node:")} == {"onnxruntime-node"}
+
+
+def test_golden_vectors_of_a_bundle_are_put_too(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    lamp = folder / "bundles/red.plux"
+    host = f"{sys.executable} -m purelight_onnx.conformance_host"
+    assert cli.main(["run", "--host", host, "--suite", str(folder), str(lamp)]) == 0
+    assert "conforms" in capsys.readouterr().out
+    vectors = maker.of_bundle(Bundle.open(lamp))
+    assert {v.id.split("/")[0] for v in vectors.sets} == {"red"}
+    assert all(len(v) == 64 and list(v.flags) == ["GOLDEN"] for v in vectors.sets)

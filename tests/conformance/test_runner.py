@@ -1,0 +1,155 @@
+"""The runner against hosts that crash, hang, lie or refuse; the protocol's own example."""
+
+from __future__ import annotations
+
+import json
+import re
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from purelight_format.conformance import cli, protocol, runner
+from purelight_format.conformance.client import HostError
+from purelight_format.conformance.suite import Suite
+from purelight_format.conformance.text import to_text
+from purelight_format.errors import PureLightError
+
+BROKEN = Path(__file__).with_name("broken_host.py")
+SPEC = Path(__file__).parents[2] / "spec/conformance.md"
+
+
+@pytest.fixture(scope="module")
+def frames(whole: Suite) -> Suite:
+    return Suite(tuple(v for v in whole.sets if v.group in ("frames", "cap")), whole.bundles)
+
+
+def broken(way: str) -> list[str]:
+    return [sys.executable, str(BROKEN), way]
+
+
+@pytest.mark.parametrize(
+    ("way", "words"),
+    [
+        ("crash", "ended with code 1 at frames/axes: segmentation fault, more or less"),
+        ("garbage", "frames/axes is no JSON"),
+        ("list", "no JSON object"),
+        ("deep", "no JSON"),
+        ("late", "another question"),
+        ("no_arrays", "must be an object"),
+        ("no_base64", "no array of the protocol"),
+        ("wrong_size", "no array of the protocol"),
+        ("wrong_type", "type must be"),
+    ],
+)
+def test_a_host_that_breaks_down_does_not_conform(way: str, words: str, frames: Suite) -> None:
+    report = runner.run(frames, broken(way), timeout=20)
+    assert words in report.fault
+    assert "\n" not in report.fault
+    assert not report.conforms
+    assert report.fault in to_text(report)
+
+
+def test_a_host_that_hangs_is_ended(frames: Suite) -> None:
+    start = time.monotonic()
+    report = runner.run(frames, broken("hang"), timeout=1.0)
+    assert "no answer to frames/axes within 1 s" in report.fault
+    assert time.monotonic() - start < 15
+
+
+@pytest.mark.parametrize(
+    ("command", "words"),
+    [
+        (["/no/such/program"], "cannot start"),
+        ("", "cannot start"),
+        ("'", "cannot start"),
+        (broken("dead"), "ended with code 3 at hello"),
+        (broken("old"), "version '0.9'"),
+        (broken("mute"), "does not list"),
+    ],
+)
+def test_a_host_that_does_not_start_is_an_error(
+    command: str | list[str], words: str, frames: Suite
+) -> None:
+    with pytest.raises(HostError, match=re.escape(words)) as caught:
+        runner.run(frames, command, timeout=20)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("way", "words"),
+    [
+        ("wrong_shape", "tangent has shape (1, 3), not (64, 3)"),
+        ("too_little", "tangent is missing"),
+        ("refuses", "was refused: not today"),
+    ],
+)
+def test_a_wrong_answer_fails_the_whole_set(way: str, words: str, frames: Suite) -> None:
+    report = runner.run(frames, broken(way), timeout=20)
+    assert report.groups()["frames"]["failed"] == 64
+    assert words in to_text(report)
+
+
+def test_what_a_host_does_not_offer_is_shown_as_skipped(frames: Suite) -> None:
+    report = runner.run(frames, broken("refuses"), timeout=20)
+    cap = report.groups()["cap"]
+    assert cap["skipped"] == sum(cap.values()) > 0
+    assert "the host does not offer: cap, " in to_text(report)
+
+
+@pytest.mark.parametrize(
+    ("host", "code"),
+    [("/no/such/program", 2), (" ".join(broken("refuses")), 1), (" ".join(broken("crash")), 1)],
+)
+def test_exit_codes(host: str, code: int, folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["run", "--host", host, "--suite", str(folder), "--json"]) == code
+    printed = capsys.readouterr()
+    if code == 2:
+        assert printed.err.count("\n") == 1
+    else:
+        report = json.loads(printed.out)
+        assert report["conforms"] is False
+        assert bool(report["fault"]) == ("crash" in host)
+
+
+def test_a_missing_suite_or_bundle_is_one_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    missing = str(tmp_path / "missing")
+    for arguments in (["--suite", missing], [missing]):
+        assert cli.main(["run", "--host", "true", *arguments]) == 2
+        error = capsys.readouterr().err
+        assert missing in error
+        assert error.count("\n") == 1
+
+
+def test_the_example_of_the_specification_is_answered() -> None:
+    text = SPEC.read_text().split("For example")[1].split("## The suite")[0]
+    lines = "".join(re.findall(r"^    (.*\n)", text, re.M)).replace("},\n", "}, ")
+    first, greeting, request, answer = (
+        json.loads(line) for line in re.sub(r"\{\},\s+|,\n ", lambda m: m[0].strip() + " ", lines)
+        .splitlines()
+    )  # fmt: skip
+    host = [sys.executable, "-m", "purelight_onnx.conformance_host"]
+    sent = protocol.dumps(first) + protocol.dumps(request) + protocol.dumps({"id": 9, "do": "x"})
+    result = subprocess.run(host, input=sent, capture_output=True, check=True, timeout=60)
+    hello, frame, unknown = map(json.loads, result.stdout.splitlines())
+    assert hello.keys() == greeting.keys()
+    assert "frame" in hello["operations"]
+    wanted, given = protocol.decode(answer["outputs"]), protocol.decode(frame["outputs"])
+    for name in ("tangent", "bitangent"):
+        np.testing.assert_array_equal(given[name], wanted[name])
+    assert "x" in unknown["refused"]
+
+
+def test_arrays_survive_the_protocol() -> None:
+    arrays = {"a": np.arange(6, dtype=np.float32).reshape(2, 3), "b": np.zeros((0, 16, 16, 3))}
+    again = protocol.decode(json.loads(protocol.dumps(protocol.encode(arrays))))
+    for name, array in arrays.items():
+        np.testing.assert_array_equal(again[name], array)
+        assert again[name].dtype == array.dtype
+    with pytest.raises(PureLightError):
+        protocol.decode({"a": {"dtype": "<f4", "shape": [-1], "data": "AAAA"}})

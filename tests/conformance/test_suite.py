@@ -1,0 +1,144 @@
+"""The suite itself: its bytes, its references, and that every bug is hunted."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import onnx
+import pytest
+from onnx.reference import ReferenceEvaluator
+
+from purelight_format.bundle import Bundle
+from purelight_format.conformance import cli, lamps, runner, suite
+from purelight_format.conformance.flags import FLAGS
+from purelight_format.conformance.operations import OPERATIONS, Lamp
+from purelight_format.conformance.suite import REQUIRED, Suite, VectorSet
+from purelight_format.errors import PureLightError
+from purelight_format.geometry import cap, cap_to_direction
+from purelight_format.validate import validate
+from purelight_format.vectors import SIGNATURES
+
+GROUPS = [
+    "appearance", "transparency", "sampler", "sampler_pdf", "fast_map", "frames", "cap",
+    "instance", "composite", "estimators",
+]  # fmt: skip
+
+
+def files(folder: Path) -> dict[str, bytes]:
+    paths = (path for path in folder.rglob("*") if path.is_file())
+    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in paths}
+
+
+def test_two_makes_give_the_same_bytes(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.main(["make", str(tmp_path)]) == 0
+    assert "vectors" in capsys.readouterr().out
+    assert files(tmp_path) == files(folder)
+
+
+def test_what_is_read_is_what_was_written(whole: Suite, folder: Path, tmp_path: Path) -> None:
+    (tmp_path / "sets").mkdir()
+    moved = {name: tmp_path / "bundles" / path.name for name, path in whole.bundles.items()}
+    suite.write(Suite(whole.sets, moved), tmp_path)
+    again, written = files(tmp_path), files(folder)
+    assert again == {name: data for name, data in written.items() if "bundles/" not in name}
+
+
+def test_every_group_and_every_flag_has_vectors(whole: Suite) -> None:
+    assert list(dict.fromkeys(v.group for v in whole.sets)) == sorted(GROUPS, key=GROUPS.index)
+    hunted = {flag for v in whole.sets for flag in v.flags}
+    assert hunted == FLAGS.keys() - {"GOLDEN"}
+    assert {v.operation for v in whole.sets} == OPERATIONS.keys()
+
+
+def test_sets_are_sound(whole: Suite) -> None:
+    ids = [v.id for v in whole.sets]
+    assert len(set(ids)) == len(ids)
+    for v in whole.sets:
+        put = OPERATIONS[v.operation]
+        assert len(v) > 0, v.id
+        assert v.inputs.keys() == put.inputs.keys()
+        assert v.outputs.keys() <= put.outputs.keys()
+        assert bool(v.outputs) == (v.refusal != REQUIRED)
+        assert (v.bundle in whole.bundles) == bool(put.needs)
+        for name, array in v.outputs.items():
+            assert array.shape == (len(v), *put.outputs[name])
+            assert np.isfinite(array).all()
+            assert (v.tolerances[name] >= 0).all()
+        assert all(0 <= row < len(v) for rows in v.flags.values() for row in rows)
+
+
+@pytest.mark.parametrize("name", lamps.LAMPS)
+def test_the_lamps_are_valid(name: str, folder: Path) -> None:
+    report = validate(folder / f"bundles/{name}.plux")
+    codes = {issue.code.name for issue in report.issues}
+    assert report.valid
+    assert codes <= ({"PLX_MANIFEST_DARK"} if name == "black" else set())
+
+
+@pytest.mark.parametrize("network", SIGNATURES)
+def test_references_agree_with_the_reference_of_onnx(network: str, whole: Suite) -> None:
+    """ONNX's own evaluator in float32 meets the vectors that ours gives in float64."""
+    vectors = next(v for v in whole.sets if v.id == f"{network}/wild")
+    lamp = Lamp.of(Bundle.open(whole.bundles["wild"]))
+    evaluator = ReferenceEvaluator(onnx.load_from_string(lamp.models[network]))
+    with np.errstate(all="ignore"):
+        answers = evaluator.run(None, {k: np.array(v) for k, v in vectors.inputs.items()})
+    outputs = dict(zip(SIGNATURES[network].outputs, answers, strict=True))
+    assert runner.compare(vectors, outputs).failures == ()
+
+
+def test_the_sampler_has_the_density_that_it_states(whole: Suite) -> None:
+    """Its density is that of `sampler_pdf`, integrates to one, and is that of its directions."""
+    lamp = Lamp.of(Bundle.open(whole.bundles["wild"]))
+    side = (np.arange(128) + 0.5) / 128
+    u = np.stack(np.meshgrid(side, side), -1).reshape(-1, 2)
+    sphere = lamp.manifest.bounding_sphere
+    point = np.tile(
+        np.array(sphere.center) + sphere.radius * np.array([1.0, 2.0, -0.5]), (len(u), 1)
+    )
+    view = cap(point, sphere)
+    even = lamp("sampler_pdf", np.float64, point=point, toward=cap_to_direction(u, view))
+    mean = even["pdf_solid_angle"].mean() * view.solid_angle[0]
+    drawn = lamp("sampler", np.float64, point=point, u=u)
+    again = lamp("sampler_pdf", np.float64, point=point, toward=drawn["toward"])
+    inverse = (1 / drawn["pdf_solid_angle"]).mean() / view.solid_angle[0]
+    np.testing.assert_allclose(mean, 1, rtol=1e-6)  # The weights are float32.
+    np.testing.assert_allclose(again["pdf_solid_angle"], drawn["pdf_solid_angle"], rtol=1e-9)
+    np.testing.assert_allclose(inverse, 1, rtol=0.03)  # E[1 / pdf] is the solid angle.
+
+
+@pytest.mark.parametrize("damage", ["{", '{"version": "2.0"}', '{"version": "1.0"}', "[]"])
+def test_a_damaged_suite_is_one_line(damage: str, tmp_path: Path) -> None:
+    (tmp_path / suite.INDEX).write_text(damage)
+    with pytest.raises(PureLightError, match=suite.INDEX) as caught:
+        suite.read(tmp_path)
+    assert "\n" not in str(caught.value)
+
+
+def vector_set(rows: int | None, tolerance: float = 0.1) -> VectorSet:
+    inputs = {"u": np.zeros((2, 2), np.float32)}
+    outputs = {"disk": np.array([[1.0, 2.0], [3.0, 4.0]])}
+    tolerances = {"disk": np.full((2, 2), tolerance)}
+    flags = {"U_EDGE": [1]}
+    return VectorSet("a", "g", "square_to_disk", "", inputs, outputs, tolerances, flags, rows=rows)
+
+
+def test_every_copy_of_a_vector_must_be_met() -> None:
+    vectors = vector_set(5)
+    answer = vectors.outputs["disk"][[0, 1, 0, 1, 0]]
+    assert runner.compare(vectors, {"disk": answer}).failures == ()
+    answer[3, 0] += 0.2
+    (failure,) = runner.compare(vectors, {"disk": answer}).failures
+    assert (failure.vector, failure.hunts) == ("a/1", ("U_EDGE",))
+    assert "0.2" in failure.what
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
+def test_what_is_not_finite_is_not_met(value: float) -> None:
+    vectors = vector_set(None, np.inf)
+    answer = vectors.outputs["disk"].copy()
+    answer[0, 1] = value
+    assert [f.vector for f in runner.compare(vectors, {"disk": answer}).failures] == ["a/0"]
