@@ -15,11 +15,12 @@ from purelight_train.evaluation import as_function, fidelity, write_previews
 from purelight_train.fast_map import FastMap
 from purelight_train.luminaire import scene_digest
 from purelight_train.presets import Preset
-from purelight_train.routes import ROUTES, Route
+from purelight_train.routes import ROUTES, Route, TeacherRoute
 from purelight_train.run_directory import RunDirectory
 from purelight_train.sampler import Sampler
 from purelight_train.stages import Loss, Stages, rows
 from purelight_train.student import Student
+from purelight_train.teacher import Teacher
 from purelight_train.traced_lamp import TracedLamp
 from purelight_train.training_sets import SamplerBatches, throughput_set
 from purelight_train.transparency import Transparency
@@ -42,6 +43,11 @@ class Training:
     @property
     def preset(self) -> Preset:
         return self.route.preset
+
+    @property
+    def teacher(self) -> Teacher | None:
+        """The teacher, on the route that has one."""
+        return self.route.teacher if isinstance(self.route, TeacherRoute) else None
 
     @cached_property
     def student(self) -> Student:
@@ -171,12 +177,20 @@ def start(
     if known:
         _require_same(run, config, resume=resume)
     stages = Stages(run, seed, torch.device(device), ROUTES[route].names)
-    lamp = TracedLamp(scene, preset.paths, stages)
+    training = Training(ROUTES[route](TracedLamp(scene, preset.paths, stages), preset, stages))
     if not known:
-        lamp.description  # noqa: B018 - a faulty or dark lamp must leave nothing behind
+        training.lamp.description  # noqa: B018 - a faulty or dark lamp must leave nothing behind
         output.mkdir(parents=True, exist_ok=True)
         run.write_json("config.json", config)
-    return Training(ROUTES[route](lamp, preset, stages))
+    return training
+
+
+def reopen(run: RunDirectory, scene: Path, device: str = "cpu") -> Training:
+    """A run as it was started, to look at what it made or to use it further."""
+    config, preset = run.config, run.preset
+    kind = ROUTES[config["route"]]
+    stages = Stages(run, config["seed"], torch.device(device), kind.names)
+    return Training(kind(TracedLamp(scene, preset.paths, stages), preset, stages))
 
 
 def _require_same(run: RunDirectory, config: dict[str, Any], *, resume: bool) -> None:

@@ -1,0 +1,180 @@
+"""Routes to the student: error against seconds.
+
+python -m benchmarks.routes --output out/bench/routes [--lamps frosted_globe filament_bulb]
+    [--variants photons-anchor ...] [--threads 1]
+
+Each variant trains a `draft` student from a lamp's scene alone. Seconds are of the processor, all
+that led to the student included, so that a busy machine changes little. Figures of earlier calls
+stay in OUTPUT/routes.json; a variant that is in it is not run again.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import shutil
+import time
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+
+from purelight_format import atomic
+from purelight_mitsuba import platform
+from purelight_train.presets import DRAFT, Preset
+
+SIZE, PATHS, SPP = 128, 32 << 20, 16
+Figures = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Variant:
+    """A route, whether its student encodes the anchor, and what differs from `draft`.
+
+    Arguments:
+        changes: fields of the preset; those of `photons` begin with an underscore.
+    """
+
+    route: str
+    anchor: bool = False
+    changes: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def preset(self) -> Preset:
+        own = {k.lstrip("_"): v for k, v in self.changes.items() if k.startswith("_")}
+        others = {k: v for k, v in self.changes.items() if not k.startswith("_")}
+        return replace(DRAFT, photons=replace(DRAFT.photons, **own), **others)
+
+
+VARIANTS = {
+    "teacher": Variant("teacher"),
+    "teacher-anchor": Variant("teacher", anchor=True),
+    "photons": Variant("photons"),
+    "photons-anchor": Variant("photons", anchor=True),
+    "photons-anchor-third": Variant("photons", True, {"_steps": DRAFT.photons.steps // 3}),
+    "photons-anchor-triple": Variant("photons", True, {"_steps": DRAFT.photons.steps * 3}),
+    "photons-anchor-wide": Variant("photons", True, {"_batch": 1 << 13}),
+    "photons-anchor-poisson": Variant("photons", True, {"photon_loss": "poisson"}),
+    "photons-anchor-ratio-1": Variant("photons", True, {"reference_ratio": 1.0}),
+    "photons-anchor-ratio-10": Variant("photons", True, {"reference_ratio": 10.0}),
+}
+
+
+@dataclass(frozen=True)
+class Bench:
+    """One lamp's scene, its pictures, and where runs go."""
+
+    lamp: str
+    output: Path
+
+    @property
+    def scene(self) -> Path:
+        path = self.output / "lamps" / f"{self.lamp}.xml"
+        if not path.is_file():
+            import_module(f"purelight_examples.luminaires.{self.lamp}").write(path.parent)
+        return path
+
+    def references(self, training: Any) -> list[tuple[Any, Any]]:
+        """Three thin lenses and the light-traced pictures through them, kept on disk."""
+        from purelight_train.truth.light_traced import light_traced
+        from purelight_train.truth.picture import Picture
+        from purelight_train.truth.thin_lens import ThinLens
+        from purelight_train.truth.views import three_views
+
+        lenses = three_views(ThinLens(training.lamp.surface.sphere, SIZE, 0, 0))
+        file = self.output / f"{self.lamp}.npz"
+        if not file.is_file():
+            pictures = light_traced(training.lamp.luminaire.scene, lenses, PATHS, seed=7)
+            stack = [np.stack((p.image, *p.halves, p.error)) for p in pictures]
+            with atomic.replace_file(file) as stream:
+                np.savez(stream, pictures=np.stack(stack))
+        stored = np.load(file)["pictures"]
+        return [(lens, Picture(p[0], (p[1], p[2]), p[3])) for lens, p in zip(lenses, stored)]  # noqa: B905
+
+    def run(self, name: str, threads: int) -> Figures:
+        """Train one variant and compare it with the truth."""
+        from purelight_train.pipeline import start
+
+        variant, folder = VARIANTS[name], self.output / f"{self.lamp}-{name}"
+        shutil.rmtree(folder, ignore_errors=True)
+        torch.set_num_threads(threads)
+        before, begin = time.process_time(), time.monotonic()
+        training = start(
+            self.scene, folder, variant.preset, 0, "cpu", resume=False, route=variant.route,
+            anchor=variant.anchor,
+        )  # fmt: skip
+        training.lamp.store()
+        student = training.student
+        seconds = {"cpu": time.process_time() - before, "wall": time.monotonic() - begin}
+        size = sum(p.numel() for p in student.parameters())
+        own = {"seconds": seconds, "parameters": size}
+        return own | self.errors(training)
+
+    def errors(self, training: Any) -> Figures:
+        """Held-out likelihood, and image errors as means over three views."""
+        from purelight_train.evaluation import as_function, fidelity
+        from purelight_train.truth.metrics import Comparison
+        from purelight_train.truth.views import field_view
+
+        radiance = as_function(training.student, torch.device("cpu"))
+        rng, surface = np.random.default_rng(5), training.lamp.surface
+        figures: Figures = dict(fidelity(radiance, surface, training.lamp.held_out, rng))
+        views = []
+        for lens, reference in self.references(training):
+            picture, mask = field_view(surface, radiance, lens, SPP, rng)
+            views.append(Comparison(picture, reference, mask).to_dict())
+        return figures | {k: float(np.mean([view[k] for view in views])) for k in views[0]}
+
+
+def table(results: dict[str, Figures]) -> str:
+    """The figures as Markdown, quickest first."""
+    lines = [
+        "| lamp | variant | CPU s | nats | MAPE | (noise) | without noise | relMSE | HDR-FLIP |",
+        "|---|---|---|---|---|---|---|---|---|",
+    ]
+    for key, row in sorted(results.items(), key=_order):
+        lamp, name = key.split(" ")
+        lines.append(
+            f"| {lamp} | {name} | {row['seconds']['cpu']:.0f} | {row['held_out_gain_nats']:.3f} "
+            f"| {row['mape']:.3f} | {row['mape_of_reference']:.3f} "
+            f"| {row['mape_without_noise']:.3f} | {row['relative_mse_without_noise']:.3f} "
+            f"| {row['hdr_flip']:.3f} |"
+        )
+    return "\n".join(lines)
+
+
+def _order(item: tuple[str, Figures]) -> tuple[str, float]:
+    return item[0].split(" ")[0], item[1]["seconds"]["cpu"]
+
+
+def measure(output: Path, lamps: Iterable[str], variants: Iterable[str], threads: int) -> None:
+    """Run what OUTPUT/routes.json does not hold yet; print the table."""
+    report = output / "routes.json"
+    results: dict[str, Figures] = json.loads(report.read_text()) if report.is_file() else {}
+    for lamp in lamps:
+        for name in variants:
+            if f"{lamp} {name}" not in results:
+                results[f"{lamp} {name}"] = Bench(lamp, output).run(name, threads)
+                atomic.write_bytes(report, (json.dumps(results, indent=2) + "\n").encode())
+    print(table(results))
+
+
+def main() -> None:
+    """Parse the command line and measure."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.routes", description=__doc__)
+    parser.add_argument("--output", type=Path, default=Path("out/bench/routes"))
+    parser.add_argument("--lamps", nargs="+", default=["frosted_globe", "filament_bulb"])
+    parser.add_argument("--variants", nargs="+", choices=VARIANTS, default=list(VARIANTS))
+    parser.add_argument("--threads", type=int, default=1)
+    arguments = parser.parse_args()
+    platform.use()
+    arguments.output.mkdir(parents=True, exist_ok=True)
+    measure(arguments.output, arguments.lamps, arguments.variants, arguments.threads)
+
+
+if __name__ == "__main__":
+    main()
