@@ -1,6 +1,10 @@
 """Train lamps, export them, and print how near they are to the truth.
 
 python -m benchmarks --output out/bench [--preset draft] [--lamps frosted_globe filament_bulb]
+python -m benchmarks --checks appearance --reuse out/demo
+
+A folder to reuse is one of the demo (`run`, `lamp.plux` in it), or a run directory with the bundle
+beside it (FOLDER.plux); nothing is trained or exported then.
 """
 
 from __future__ import annotations
@@ -14,6 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from purelight_format import atomic
+from purelight_format.errors import PureLightError
 from purelight_mitsuba import platform
 
 
@@ -24,25 +29,44 @@ def main() -> int:
     parser.add_argument("--preset", default="draft")
     parser.add_argument("--lamps", nargs="+", default=["frosted_globe", "filament_bulb"])
     parser.add_argument("--checks", nargs="+", help="some of flux irradiance appearance ...")
+    parser.add_argument("--reuse", nargs="+", type=Path, metavar="FOLDER", help="finished runs")
     arguments = parser.parse_args()
-    results = {
-        lamp: measure(lamp, arguments.output, arguments.preset, arguments.checks)
-        for lamp in arguments.lamps
-    }
-    report = arguments.output / f"fidelity-{arguments.preset}.json"
+    try:
+        results = _results(arguments)
+    except PureLightError as error:
+        print(f"benchmarks: error: {error}", file=sys.stderr)
+        return 2
+    kind = "reuse" if arguments.reuse else arguments.preset
+    report = arguments.output / f"fidelity-{kind}.json"
+    report.parent.mkdir(parents=True, exist_ok=True)
     atomic.write_bytes(report, (json.dumps(results, indent=2) + "\n").encode())
     return 0
 
 
-def measure(lamp: str, output: Path, preset: str, chosen: list[str] | None) -> dict[str, Any]:
+def _results(arguments: argparse.Namespace) -> dict[str, Any]:
+    """Figures by lamp, or by folder that is reused."""
+    if arguments.reuse:
+        subjects = {str(folder): lambda f=folder: reuse(f) for folder in arguments.reuse}
+    else:
+        subjects = {
+            lamp: lambda name=lamp: prepare(name, arguments.output, arguments.preset)
+            for lamp in arguments.lamps
+        }
+    return {name: measure(name, make(), arguments.checks) for name, make in subjects.items()}
+
+
+def measure(name: str, subject: Any, chosen: list[str] | None) -> dict[str, Any]:
     """Figures of every chosen check for one lamp."""
-    subject, results = prepare(lamp, output, preset), {}
     from benchmarks.fidelity import CHECKS
 
-    for name in chosen or list(CHECKS):
+    unknown = set(chosen or ()) - set(CHECKS)
+    if unknown:
+        raise PureLightError(f"no check {sorted(unknown)}; choose from {' '.join(CHECKS)}")
+    results = {}
+    for check in chosen or list(CHECKS):
         start = time.monotonic()
-        results[name] = CHECKS[name](subject)
-        print(f"{lamp} {name} ({time.monotonic() - start:.0f} s): {json.dumps(results[name])}")
+        results[check] = CHECKS[check](subject)
+        print(f"{name} {check} ({time.monotonic() - start:.0f} s): {json.dumps(results[check])}")
     return results
 
 
@@ -63,6 +87,29 @@ def prepare(lamp: str, output: Path, preset: str) -> Any:
     purelight_mitsuba.register()
     if not bundle.is_file() and purelight_export.cli.main([str(run), "--output", str(bundle)]):
         sys.exit(2)
+    return Subject(scene, run, bundle)
+
+
+def reuse(folder: Path) -> Any:
+    """A run and its bundle, made earlier.
+
+    Raises:
+        PureLightError: one of them, or the lamp's scene, is missing.
+    """
+    platform.use()
+    import purelight_mitsuba
+    from benchmarks.fidelity import Subject
+    from purelight_train.run_directory import RunDirectory
+
+    demo = (folder / "run").is_dir()
+    run = folder / "run" if demo else folder
+    bundle = folder / "lamp.plux" if demo else folder.with_name(folder.name + ".plux")
+    trained = Path(RunDirectory.open(run).config["luminaire"])
+    scene = folder / "luminaire" / trained.name if demo else trained
+    for file in (bundle, scene):
+        if not file.is_file():
+            raise PureLightError(f"{file}: no such file; export the run first, or name another")
+    purelight_mitsuba.register()
     return Subject(scene, run, bundle)
 
 

@@ -17,16 +17,25 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
+from purelight_export import photometry
 from purelight_format import geometry
 from purelight_format.color import LUMINANCE
 from purelight_onnx.luminaire import Luminaire
-from purelight_train import preview, truth
 from purelight_train.cap_samples import look, shading_points
 from purelight_train.description import Description
 from purelight_train.exit_surface import ExitSurface
 from purelight_train.flux_closure import surface_flux
 from purelight_train.light_tracing import trace_records
+from purelight_train.pipeline import reopen
+from purelight_train.progress import Bar
 from purelight_train.run_directory import RunDirectory
+from purelight_train.teacher import Teacher
+from purelight_train.truth.far_field import FarField, interpolate
+from purelight_train.truth.light_traced import light_traced, sharp_share
+from purelight_train.truth.metrics import Comparison
+from purelight_train.truth.plane import Plane, plane_irradiance
+from purelight_train.truth.thin_lens import ThinLens, aperture_for
+from purelight_train.truth.views import field_view, three_views
 
 Figures = dict[str, Any]
 Image = NDArray[np.float64]
@@ -58,6 +67,14 @@ class Subject:
         one_sided = np.zeros(len(surface.triangles), bool)
         return ExitSurface(surface.positions, surface.triangles, one_sided)
 
+    @cached_property
+    def teacher(self) -> Teacher | None:
+        """The run's teacher; None where it was trained without."""
+        run = RunDirectory.open(self.run)
+        if not run.finished("teacher"):
+            return None
+        return reopen(run, self.scene).teacher
+
     def radiance(self, *query: NDArray[np.float32]) -> NDArray[np.float32]:
         """Radiance through the ONNX runtime."""
         return self.luminaire.radiance(*query).astype(np.float32)
@@ -85,9 +102,9 @@ def ies_lumens(path: Path) -> float:
 
 def irradiance(subject: Subject, spp: int = 1 << 13, paths: int = 1 << 26) -> Figures:
     """Irradiance on a plane 1 m below the lamp: rendered in both modes over light-traced."""
-    plane = truth.Plane.below(subject.description.sphere)
+    plane = Plane.below(subject.description.sphere)
     records = trace_records(subject.lamp, paths, 77)
-    true, noise = truth.plane_irradiance(records, plane)
+    true, noise = plane_irradiance(records, plane)
     figures: Figures = {"truth_noise": float(noise.mean() / true.mean())}
     for mode in ("accurate", "fast"):
         rendered = plane_render(subject, plane, mode, spp)
@@ -98,7 +115,7 @@ def irradiance(subject: Subject, spp: int = 1 << 13, paths: int = 1 << 26) -> Fi
     return figures
 
 
-def plane_render(subject: Subject, plane: truth.Plane, mode: str, spp: int) -> Image:
+def plane_render(subject: Subject, plane: Plane, mode: str, spp: int) -> Image:
     """Irradiance on a plane through the integrator `purelight`: [cells, cells, 3] by [y, x].
 
     An orthographic camera between plane and lamp looks down at a diffuse floor of albedo 1/2; one
@@ -117,7 +134,7 @@ def plane_render(subject: Subject, plane: truth.Plane, mode: str, spp: int) -> I
 
 
 def _floor_radiance(
-    lamp: dict[str, Any], integrator: dict[str, Any], plane: truth.Plane, spp: int
+    lamp: dict[str, Any], integrator: dict[str, Any], plane: Plane, spp: int
 ) -> Image:
     """Radiance of a diffuse floor of albedo 1/2 under a lamp: [cells, cells, 3] by [y, x]."""
     centre, half = np.asarray(plane.center), plane.side / 2
@@ -146,52 +163,124 @@ def _floor_radiance(
     return image[::-1]  # rows from the top of the picture, which is +y
 
 
-def appearance(subject: Subject, size: int = 256, spp: int = 512, passes: int = 4) -> Figures:
-    """Error of a view against Mitsuba's path tracer, and against its particle tracer.
+def appearance(subject: Subject, size: int = 128, paths: int = 1 << 26, spp: int = 16) -> Figures:
+    """Error of three views: student and teacher against the truth, and student against teacher.
 
-    The particle tracer converges sooner where the outermost glass is rough.
+    The truth is light traced through a thin lens, and so are its rivals' rays.
+
+    Arguments:
+        paths: of the truth; its own error is among the figures.
+        spp: rays through a pixel of student and teacher.
     """
-    sphere = subject.description.sphere
-    sensor = truth.view_sensor(sphere, size, 35, 10)
-    picture = preview.view(subject.surface, subject.radiance, size, 35, 10).astype(np.float64)
-    origin, direction = preview.view_rays(sphere, size, 35, 10)
-    mask = np.zeros(size * size, bool)
-    mask[subject.surface.intersect(origin, direction).index] = True
-    mask = mask.reshape(size, size)
-    figures: Figures = {}
-    for integrator in ("path", "ptracer"):
-        reference, noise = truth.render_view(
-            subject.lamp, sensor, integrator, spp, seed=11, passes=passes
-        )
-        floor = 0.01 * reference[mask].mean()
-        figures[integrator] = {
-            "mape": truth.mape(picture, reference, mask),
-            "relative_mse": truth.relative_mse(picture, reference, mask),
-            "reference_noise": float(np.mean(0.8 * noise[mask] / (reference[mask] + floor))),
-            "mean": float(picture[mask].mean() / reference[mask].mean() - 1),
-        }
-    return figures
+    share = sharp_share(subject.lamp)
+    lens = ThinLens(subject.description.sphere, size, 0, 0, aperture_for(share))
+    lenses = three_views(lens)
+    with Bar("truth", paths, "path", lambda _: None) as update:
+        truths = light_traced(subject.lamp, lenses, paths, 11, update)
+    teacher = subject.teacher
+    views = []
+    for lens, truth in zip(lenses, truths, strict=True):
+        rng = np.random.default_rng(2)
+        student, mask = field_view(subject.surface, subject.radiance, lens, spp, rng)
+        pairs = {"student_truth": (student, truth)}
+        if teacher is not None:
+            taught, _ = field_view(teacher.surface, teacher.radiance, lens, spp, rng)
+            pairs |= {"teacher_truth": (taught, truth), "student_teacher": (student, taught)}
+        views.append({k: Comparison(*pair, mask).to_dict() for k, pair in pairs.items()})
+    return {
+        "aperture": lens.aperture,
+        "sharp_share": share,
+        **{pair: _mean([view[pair] for view in views]) for pair in views[0]},
+        "views": views,
+    }
+
+
+def _mean(figures: list[dict[str, float]]) -> dict[str, float]:
+    """Each figure's mean over the views."""
+    return {k: float(np.mean([f[k] for f in figures])) for k in figures[0]}
+
+
+def far_field(subject: Subject, paths: int = 1 << 24) -> Figures:
+    """The table of the exported IES file against light counted in zones of equal solid angle."""
+    data = RunDirectory.open(subject.run).read_arrays("escaped.npz")
+    table = photometry.intensity(data["direction"], data["weight"], subject.description.flux)
+    true = FarField.of(trace_records(subject.lamp, paths, 78))
+    told = interpolate(table.vertical, table.horizontal, table.values, true.directions()).mean(2)
+    return {
+        "mean_absolute_over_mean": float(
+            np.abs(told - true.intensity).mean() / true.intensity.mean()
+        ),
+        "truth_noise": float(true.error.mean() / true.intensity.mean()),
+    }
+
+
+def fast_map(subject: Subject, points: int = 256, samples: int = 8) -> Figures:
+    """The fast map against the radiance it stands for, at random shading points.
+
+    Returns:
+        bias and mean absolute error of the irradiance of planes that face the lamp, times squared
+        distance, over its mean; and of the cells over theirs at each point, in the median.
+    """
+    rng = np.random.default_rng(6)
+    point = shading_points(subject.description, points, rng)
+    told = subject.luminaire.radiance_map(point).reshape(points, -1, 3).astype(np.float64)
+    true, cosine = np.zeros_like(told), np.zeros(told.shape[:2])
+    for _ in range(samples):
+        seen, facing = _cells(subject, point, rng)
+        true, cosine = true + seen / samples, cosine + facing / samples
+    cap = geometry.cap(point.astype(np.float64), subject.description.sphere)
+    away = point.astype(np.float64) - np.asarray(subject.description.sphere.center)
+    scale = cosine * (cap.solid_angle * (away**2).sum(1))[:, None]
+    light = [(x * scale[..., None]).mean(1) for x in (told, true)]
+    cells = np.abs(told - true).mean((1, 2)) / np.maximum(true.mean((1, 2)), 1e-30)
+    return {
+        "irradiance_bias": float(light[0].mean() / light[1].mean() - 1),
+        "irradiance_error": float(np.abs(light[0] - light[1]).mean() / light[1].mean()),
+        "cell_error": float(np.median(cells)),
+    }
+
+
+def _cells(
+    subject: Subject, point: NDArray[np.float32], rng: np.random.Generator
+) -> tuple[Image, Image]:
+    """Radiance [P, 256, 3] along a random direction in each cell, and its cosine [P, 256]."""
+    sphere, side = subject.description.sphere, 16
+    corner = np.stack(np.meshgrid(np.arange(side), np.arange(side)), -1).reshape(1, -1, 2)
+    square = (corner + rng.random((len(point), side * side, 2))) / side
+    here = np.repeat(point, side * side, 0)
+    cap = geometry.cap(here.astype(np.float64), sphere)
+    toward = geometry.cap_to_direction(square.reshape(-1, 2), cap).astype(np.float32)
+    seen = look(subject.surface, subject.radiance, here, toward)
+    outward = here - np.asarray(sphere.center)
+    cosine = -np.einsum("nd,nd->n", toward, outward) / np.linalg.norm(outward, axis=1)
+    return seen.reshape(len(point), -1, 3), cosine.reshape(len(point), -1)
 
 
 def sampler(subject: Subject, points: int = 20) -> Figures:
-    """Integral of the pdf over the cap, chi-square, and variance against the uniform cap."""
+    """Integral of the pdf over the cap, chi-square, and variance against the uniform cap.
+
+    Effective sample size is (sum w)² / (n sum w²) of the weights L cos / p of irradiance: 1 for a
+    sampler that draws in proportion to them.
+    """
     rng = np.random.default_rng(5)
     point = shading_points(subject.description, points, rng)
     results = [_sampler_at(subject, p, rng) for p in point]
-    integral, p_value, ratio = (np.array(column) for column in zip(*results, strict=True))
+    integral, p_value, ratio, size = (np.array(column) for column in zip(*results, strict=True))
     return {
         "integral_error": float(np.abs(integral - 1).max()),
         "chi_square_least_p": float(p_value.min()),
         "chi_square_threshold": 1 - (1 - 0.01) ** (1 / points),
         "variance_factor_mean": float(np.exp(np.log(ratio).mean())),
         "variance_factor_least": float(ratio.min()),
+        "effective_sample_size": float(size.mean()),
+        "effective_sample_size_least": float(size.min()),
     }
 
 
 def _sampler_at(
     subject: Subject, point: NDArray[np.float32], rng: np.random.Generator, side: int = 256
-) -> tuple[float, float, float]:
-    """Integral, chi-square p-value and variance ratio at one shading point."""
+) -> tuple[float, float, float, float]:
+    """Integral, chi-square p-value, variance ratio and effective size at one shading point."""
     luminaire, sphere = subject.luminaire, subject.description.sphere
     # Integral by midpoint quadrature over the cap's square
     axis = (np.arange(side) + 0.5) / side
@@ -215,7 +304,9 @@ def _sampler_at(
     plain_cosine = np.einsum("nd,nd->n", toward, -_axis(point, sphere))
     plain = look(subject.surface, subject.radiance, here, toward) @ LUMINANCE
     plain = plain * plain_cosine * cap.solid_angle
-    return float(density.mean()), float(chi2.sf(statistic, 255)), float(plain.var() / learned.var())
+    size = float(learned.mean() ** 2 / np.mean(learned**2))
+    ratio = float(plain.var() / learned.var())
+    return float(density.mean()), float(chi2.sf(statistic, 255)), ratio, size
 
 
 def _axis(point: NDArray[np.float32], sphere: geometry.BoundingSphere) -> NDArray[np.float64]:
@@ -278,7 +369,9 @@ def _array(columns: Any) -> NDArray[np.float32]:
 CHECKS: dict[str, Callable[[Subject], Figures]] = {
     "flux": flux,
     "irradiance": irradiance,
+    "far_field": far_field,
     "appearance": appearance,
     "sampler": sampler,
+    "fast_map": fast_map,
     "hosts": hosts,
 }

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from tqdm import tqdm
 
-from purelight_train import truth
+from purelight_train.truth.metrics import mape, relative_mse
 
 Image = NDArray[np.float64]
 
@@ -45,9 +45,9 @@ class Rendering:
 def errors(image: Image, reference: Image) -> dict[str, float]:
     """MAPE, MAPE of means over 4x4 pixels (little noise, all of the bias), and relative MSE."""
     return {
-        "mape": truth.mape(image, reference),
-        "mape_blocks": truth.mape(blocks(image), blocks(reference)),
-        "relative_mse": truth.relative_mse(image, reference),
+        "mape": mape(image, reference),
+        "mape_blocks": mape(blocks(image), blocks(reference)),
+        "relative_mse": relative_mse(image, reference),
     }
 
 

@@ -19,19 +19,20 @@ from purelight_train.emission import Emission
 from purelight_train.exit_records import ExitRecords
 from purelight_train.media import Media
 from purelight_train.rays import leave, scene_extent
-from purelight_train.scattering import is_one_way, scatter
+from purelight_train.scattering import Materials
 
 MAX_DEPTH = 256
 MAX_EVENTS = 1 << 14  # surfaces and collisions with media together
 ROULETTE_DEPTH = 8
 BATCH = 1 << 20
+Visit = Callable[[Any, Any, Any, Any, Any], tuple[Any, Any, Any]]
 ABSORBED, ESCAPED, BROKEN, CUT = range(4)  # fates of a path; broken: a value not finite
 
 
 class Lamp:
     """What the paths of a lamp need of its scene, found once.
 
-    Not a dataclass, which Dr.Jit's loops would take for their state; neither is `Media`.
+    Not a dataclass, which Dr.Jit's loops would take for their state; nor is what it holds.
     """
 
     def __init__(self, scene: Any) -> None:
@@ -39,26 +40,38 @@ class Lamp:
         self.extent = dr.opaque(mi.Float, scene_extent(scene))
         self.emission = Emission.of(scene, self.extent)
         self.media = Media(scene, scattering=True)
-        self.one_way = is_one_way(scene)
+        self.materials = Materials(scene)
+
+    def scatter(
+        self, si: Any, ray: Any, weight: Any, sampler: Any, active: Any
+    ) -> tuple[Any, Any, Any]:
+        """`Materials.scatter`: direction, factor on the weight, whether the event was sharp."""
+        return self.materials.scatter(si, ray, sampler, active)
 
 
 @dr.syntax
-def trace_paths(lamp: Lamp, sampler: Any) -> tuple[Any, ...]:
+def trace_paths(lamp: Lamp, sampler: Any, visit: Visit | None = None) -> tuple[Any, ...]:
     """One wavefront of paths from the emitters.
 
     The exit point is the last surface of any kind, the first that a viewer meets: light that
     passes a mask or thin glass straight is seen there.
 
+    Arguments:
+        visit: scatters light at a surface, in place of `Lamp.scatter`.
+
     Returns:
-        position, geometric normal, direction, weight (W), fate, and the number of surfaces met
-        (none for light straight from an emitter).
+        position, geometric normal, direction, weight (W), fate, the number of surfaces met (none
+        for light straight from an emitter), and whether the last event was sharp
+        (`Materials.scatter`; light of emitters without area is, too).
     """
+    visit = visit or lamp.scatter
     ray, emitter, weight = lamp.emission.sample(sampler)
     emitted = dr.max(weight)
     medium = lamp.media.around(emitter)
     position, normal = mi.Point3f(ray.o), dr.zeros(mi.Normal3f)
     depth, events = mi.UInt32(0), mi.UInt32(0)
     fate = dr.select(dr.isfinite(emitted), mi.UInt32(ABSORBED), BROKEN)
+    sharp = emitter.get_shape() == dr.zeros(mi.ShapePtr)
     active = emitted > 0
     while active:
         si = lamp.scene.ray_intersect(ray, mi.RayFlags.All, coherent=False, active=active)
@@ -68,7 +81,8 @@ def trace_paths(lamp: Lamp, sampler: Any) -> tuple[Any, ...]:
         weight = dr.select(active, flight.weight, weight)
         met &= si.is_valid()
         # A surface: scatter, and remember it as the exit so far
-        direction, factor, _ = scatter(si, ray, sampler, met, exact=lamp.one_way)
+        direction, factor, event = visit(si, ray, weight, sampler, met)
+        sharp = dr.select(met, event, sharp | flight.collided)
         weight = dr.select(met, weight * factor, weight)
         position = dr.select(met, si.p, position)
         normal = dr.select(met, si.n, normal)
@@ -88,16 +102,16 @@ def trace_paths(lamp: Lamp, sampler: Any) -> tuple[Any, ...]:
         fate = dr.select(active & ~sound, BROKEN, fate)
         active &= sound & (dr.max(weight) > 0)
         ray = dr.select(active, next_ray, ray)
-        # Roulette on the power left of what was emitted
+        # Roulette on the power left of what was emitted; none while all of it is left, or the few
+        # paths that total reflection traps for long would come out with huge weights
         roulette = active & (depth > ROULETTE_DEPTH)
-        most = dr.select(flight.collided, 1, 0.95)
-        survival = dr.clip(dr.max(weight) / emitted, 0.05, most)
+        survival = dr.clip(dr.max(weight) / emitted, 0.05, 1)
         weight = dr.select(roulette, weight / survival, weight)
         active &= ~roulette | (sampler.next_1d(active) < survival)
         events += 1
         fate = dr.select(active & ((depth >= MAX_DEPTH) | (events >= MAX_EVENTS)), CUT, fate)
         active &= (depth < MAX_DEPTH) & (events < MAX_EVENTS)
-    return position, normal, ray.d, weight, fate, depth
+    return position, normal, ray.d, weight, fate, depth, sharp
 
 
 def trace_records(
@@ -152,7 +166,7 @@ def _trace_batch(lamp: Lamp, seed: int) -> ExitRecords:
     sampler.seed(seed & 0xFFFFFFFF, BATCH)
     traced = trace_paths(lamp, sampler)
     dr.eval(traced)  # once, or every array below would run the loop again
-    position, normal, direction, weight, fate, depth = traced
+    position, normal, direction, weight, fate, depth, _ = traced
     escaped = (fate == ESCAPED) & (dr.max(weight) > 0)
     finite = dr.all(dr.isfinite(position) & dr.isfinite(direction) & dr.isfinite(weight))
     index = dr.compress(escaped & finite)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import math
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,21 @@ from purelight_train.exit_surface import ExitSurface
 Float = NDArray[np.float32]
 
 
+def view_axes(
+    azimuth: float, elevation: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Unit vectors [3] to the right and up in a view, and from the lamp to the camera."""
+    a, e = np.radians((azimuth, elevation))
+    back = np.array([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)])
+    right = np.array([-np.sin(a), np.cos(a), 0.0])
+    return right, np.cross(back, right), back
+
+
+def view_half(distance: float) -> float:
+    """Tangent of half the angle of view that frames a sphere `distance` radii away."""
+    return 1.05 / math.sqrt(distance**2 - 1)
+
+
 def view_rays(
     sphere: BoundingSphere, size: int, azimuth: float, elevation: float, distance: float = 4.0
 ) -> tuple[Float, Float]:
@@ -26,11 +42,8 @@ def view_rays(
         azimuth, elevation: of the camera as seen from the lamp, in degrees.
         distance: from the centre, in radii.
     """
-    a, e = np.radians((azimuth, elevation))
-    back = np.array([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)])
-    right = np.array([-np.sin(a), np.cos(a), 0.0])
-    up = np.cross(back, right)
-    half = 1.05 / np.sqrt(distance**2 - 1)
+    right, up, back = view_axes(azimuth, elevation)
+    half = view_half(distance)
     s = ((np.arange(size) + 0.5) / size * 2 - 1) * half
     x, y = np.meshgrid(s, -s)
     direction = x[..., None] * right + y[..., None] * up - back

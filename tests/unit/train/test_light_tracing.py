@@ -73,7 +73,7 @@ def test_dark_lamp_is_refused(mitsuba: Any) -> None:
 def test_path_tracing_agrees_on_a_plane(mitsuba: Any, lamp: Path) -> None:
     """Irradiance of light tracing and of Mitsuba's path tracer: mean within four deviations."""
     from purelight_train.light_tracing import trace_records
-    from purelight_train.truth import Plane, plane_irradiance
+    from purelight_train.truth.plane import Plane, plane_irradiance
 
     scene = mitsuba.load_file(str(lamp))
     plane = Plane((0, 0, -0.3), 0.4, 4)

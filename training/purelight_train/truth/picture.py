@@ -1,0 +1,56 @@
+"""Pictures that know their own noise."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+Image = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Picture:
+    """Mean of independent unbiased pictures, in W/(m² sr).
+
+    Arguments:
+        image: [H, W, 3].
+        halves: means of the even and of the odd passes, as noisy as each other.
+        error: [H, W, 3] standard error of `image`; zero for a picture without noise.
+    """
+
+    image: Image
+    halves: tuple[Image, Image]
+    error: Image
+
+    @staticmethod
+    def exact(image: Image) -> Picture:
+        """A picture without noise."""
+        return Picture(image, (image, image), np.zeros_like(image))
+
+
+@dataclass
+class Passes:
+    """Streaming sums of independent pictures of equal cost."""
+
+    count: int = 0
+    sums: list[Image] = field(default_factory=list)
+    squares: Image = field(default_factory=lambda: np.zeros(()))
+
+    def add(self, image: Image) -> None:
+        """Take one more pass [H, W, 3] in."""
+        if not self.sums:
+            self.sums = [np.zeros_like(image), np.zeros_like(image)]
+        self.sums[self.count % 2] += image
+        self.squares = self.squares + image**2
+        self.count += 1
+
+    def picture(self) -> Picture:
+        """Mean, halves and standard error of the passes so far, an even number."""
+        if self.count < 2 or self.count % 2:
+            raise ValueError(f"{self.count} passes; an even number is needed")
+        mean = (self.sums[0] + self.sums[1]) / self.count
+        variance = np.maximum(self.squares / self.count - mean**2, 0) / (self.count - 1)
+        halves = (2 * self.sums[0] / self.count, 2 * self.sums[1] / self.count)
+        return Picture(mean, halves, np.sqrt(variance))
