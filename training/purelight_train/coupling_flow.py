@@ -1,4 +1,4 @@
-r"""Normalizing flow on the unit square with piecewise-quadratic couplings (Mueller 2019).
+r"""Normalizing flow on the unit square or cube with piecewise-quadratic couplings (Mueller 2019).
 
 Each coupling warps one coordinate by a cumulative distribution whose density is piecewise linear,
 with knots chosen by a network from the other coordinate and a context. The direction that is
@@ -75,36 +75,44 @@ class Spline:
 
 
 class Coupling(nn.Module):
-    """Warp coordinate `dimension` given the other one and the context."""
+    """Warp coordinate `dimension` given the `others` (how many there are) and the context."""
 
-    def __init__(self, dimension: int, context: int, width: int, depth: int, bins: int) -> None:
+    def __init__(
+        self, dimension: int, context: int, width: int, depth: int, bins: int, others: int = 1
+    ) -> None:
         super().__init__()
         self.dimension = dimension
-        self.network = MLP(context + BLOB_BINS, 2 * bins + 1, width, depth)
+        self.network = MLP(context + others * BLOB_BINS, 2 * bins + 1, width, depth)
         last = self.network[-1]
         assert isinstance(last, nn.Linear)
         nn.init.zeros_(last.weight)
         nn.init.zeros_(last.bias)
 
-    def spline(self, other: Tensor, context: Tensor) -> Spline:
-        encoded = one_blob(other, BLOB_BINS)
-        return Spline(self.network(torch.cat((context, encoded), -1)))
+    def spline(self, coordinates: list[Tensor], context: Tensor) -> Spline:
+        """The warp, from all coordinates [N] but its own."""
+        others = [c for i, c in enumerate(coordinates) if i != self.dimension]
+        encoded = [one_blob(other, BLOB_BINS) for other in others]
+        return Spline(self.network(torch.cat((context, *encoded), -1)))
 
 
 class CouplingFlow(nn.Module):
-    """Conditional density on the unit square from alternating couplings.
+    """Conditional density on the unit square, or a cube of D dimensions, from couplings.
 
     Arguments:
         context: size of the context vector.
-        couplings: number of coupling layers; layer i warps coordinate i mod 2.
+        couplings: number of coupling layers; layer i warps coordinate i mod D.
         width, depth: hidden layers of each coupling's network.
         bins: bins K of each spline.
+        dimensions: D.
     """
 
-    def __init__(self, context: int, couplings: int, width: int, depth: int, bins: int) -> None:
+    def __init__(
+        self, context: int, couplings: int, width: int, depth: int, bins: int, dimensions: int = 2
+    ) -> None:
         super().__init__()
         self.couplings = nn.ModuleList(
-            Coupling(i % 2, context, width, depth, bins) for i in range(couplings)
+            Coupling(i % dimensions, context, width, depth, bins, dimensions - 1)
+            for i in range(couplings)
         )
 
     @property
@@ -115,7 +123,7 @@ class CouplingFlow(nn.Module):
         """Log of the density at z with respect to area on the unit square.
 
         Arguments:
-            z: [N, 2] in the unit square.
+            z: [N, D] in the unit cube.
             context: [N, C].
 
         Returns:
@@ -124,23 +132,23 @@ class CouplingFlow(nn.Module):
         return self.to_uniform(z, context)[1]
 
     def to_uniform(self, z: Tensor, context: Tensor) -> tuple[Tensor, Tensor]:
-        """Map z [N, 2] to uniform u [N, 2], and log |du/dz| [N]."""
-        coordinate = [z[:, 0], z[:, 1]]
-        log_density = torch.zeros_like(coordinate[0])
+        """Map z [N, D] to uniform u [N, D], and log |du/dz| [N]."""
+        coordinates = list(z.unbind(-1))
+        log_density = torch.zeros_like(coordinates[0])
         for layer in self.layers:
             d = layer.dimension
-            spline = layer.spline(coordinate[1 - d], context)
-            coordinate[d], density = spline.forward(coordinate[d])
+            spline = layer.spline(coordinates, context)
+            coordinates[d], density = spline.forward(coordinates[d])
             log_density = log_density + torch.log(density)
-        return torch.stack(coordinate, -1), log_density
+        return torch.stack(coordinates, -1), log_density
 
     def sample(self, u: Tensor, context: Tensor) -> tuple[Tensor, Tensor]:
-        """Map uniform u [N, 2] to z [N, 2], and the log-density at z [N]."""
-        coordinate = [u[:, 0], u[:, 1]]
-        log_density = torch.zeros_like(coordinate[0])
+        """Map uniform u [N, D] to z [N, D], and the log-density at z [N]."""
+        coordinates = list(u.unbind(-1))
+        log_density = torch.zeros_like(coordinates[0])
         for layer in reversed(self.layers):
             d = layer.dimension
-            spline = layer.spline(coordinate[1 - d], context)
-            coordinate[d], density = spline.inverse(coordinate[d])
+            spline = layer.spline(coordinates, context)
+            coordinates[d], density = spline.inverse(coordinates[d])
             log_density = log_density + torch.log(density)
-        return torch.stack(coordinate, -1), log_density
+        return torch.stack(coordinates, -1), log_density

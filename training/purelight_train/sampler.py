@@ -35,7 +35,15 @@ class Sampler(nn.Module):
 
     def log_density(self, z: Tensor, point: Tensor) -> Tensor:
         """Log of the flow's density on the cap's square, without the mixture: [N, 2] -> [N]."""
-        return self.flow.log_density(z, self.encoding(point))
+        return self.learned_log_density(z, self.encoding(point))
+
+    def learned_log_density(self, z: Tensor, context: Tensor) -> Tensor:
+        """`log_density` in terms of the encoded point."""
+        return self.flow.log_density(z, context)
+
+    def warp(self, u: Tensor, context: Tensor) -> Tensor:
+        """Uniforms [N, 2] warped to the learned density on the square [N, 2]."""
+        return self.flow.sample(u, context)[0]
 
     def _cap(self, point: Tensor) -> tuple[Tensor, Tensor, Tensor]:
         axis, one_minus_cos = geometry.cap(point, self.encoding.centre, self.encoding.radius)
@@ -53,9 +61,8 @@ class Sampler(nn.Module):
         uniform = u[:, 0] < b
         first = torch.where(uniform, u[:, 0] / b, (u[:, 0] - b) / (1 - b))
         start = torch.stack((first.clamp(0, 1), u[:, 1]), -1)
-        warped, _ = self.flow.sample(start, context)
-        z = torch.where(uniform[:, None], start, warped)
-        density = torch.exp(self.flow.log_density(z, context))
+        z = torch.where(uniform[:, None], start, self.warp(start, context))
+        density = torch.exp(self.learned_log_density(z, context))
         axis, one_minus_cos, outside = self._cap(point)
         toward = geometry.cap_to_direction(z, axis, one_minus_cos)
         return (
