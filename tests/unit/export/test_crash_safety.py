@@ -139,6 +139,6 @@ def require_sound(folder: Path, found: Files, new: Files) -> None:
 def test_two_exports_are_the_same_bytes_in_every_file(run_directory: Path, tmp_path: Path) -> None:
     for name in ("a", "b"):
         (tmp_path / name).mkdir()
-        export(run_directory, tmp_path / name / "lamp.plux")
+        export(run_directory, tmp_path / name / "lamp.plux", networks=[])
     assert files(tmp_path / "a") == files(tmp_path / "b")
     assert set(files(tmp_path / "a")) == set(NAMES)
