@@ -24,13 +24,13 @@ import drjit as dr  # noqa: E402 - only once Mitsuba has a variant
 import numpy as np  # noqa: E402
 
 from purelight_mitsuba.cap import Cap, cap, frame  # noqa: E402
+from purelight_mitsuba.golden import evaluate, lanes, rows_of  # noqa: E402
 from purelight_mitsuba.lamps import Hit, Lamps, Place  # noqa: E402
 from purelight_mitsuba.luminaire import Luminaire, load  # noqa: E402
 from purelight_mitsuba.queries import Queries  # noqa: E402
 
 Arrays = dict[str, np.ndarray]
 Parameters = Mapping[str, Any]
-KINDS = {2: "Point2f", 3: "Point3f"}
 
 
 class World:
@@ -94,13 +94,12 @@ class MitsubaHost:
         shapes, rows = OPERATIONS[operation].outputs, len(next(iter(inputs.values())))
         if rows == 0:  # Dr.Jit has no arrays without lanes.
             return {name: np.zeros((0, *shape), np.float32) for name, shape in shapes.items()}
-        lanes = {name: _lanes(array) for name, array in inputs.items()}
         if operation in SIGNATURES:
-            values = self.lamp.network(operation)(*(lanes[k] for k in SIGNATURES[operation].inputs))
-        else:
-            values = getattr(self, f"_{operation}")(parameters, rows, **lanes)
+            return evaluate(self.lamp.network(operation), operation, inputs)
+        columns = {name: lanes(array) for name, array in inputs.items()}
+        values = getattr(self, f"_{operation}")(parameters, rows, **columns)
         return {
-            name: _array(value, rows, shape)
+            name: rows_of(value, rows, shape)
             for (name, shape), value in zip(shapes.items(), values, strict=True)
         }
 
@@ -168,21 +167,6 @@ class MitsubaHost:
 def _view_of(given: Parameters, point: Any) -> Cap:
     sphere = given["bounding_sphere"]
     return cap(point, mi.Point3f(*sphere["center"]), mi.Float(sphere["radius"]))
-
-
-def _lanes(array: np.ndarray) -> Any:
-    """[N] or [N, D] as one lane per row."""
-    data = np.ascontiguousarray(array.T, np.float32)
-    return mi.Float(data) if array.ndim == 1 else getattr(mi, KINDS[array.shape[1]])(data)
-
-
-def _array(value: Any, rows: int, shape: tuple[int, ...]) -> np.ndarray:
-    """[N, *shape] from lanes, or from an object array of them; constants have one lane only."""
-    single = isinstance(value, mi.Float)
-    columns = value.reshape(-1) if isinstance(value, np.ndarray) else [value] if single else value
-    dr.eval(*columns)
-    filled = [np.broadcast_to(column.numpy(), rows) for column in columns]
-    return np.stack(filled, 1).reshape(rows, *shape)
 
 
 if __name__ == "__main__":

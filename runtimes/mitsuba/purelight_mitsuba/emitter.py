@@ -20,7 +20,9 @@ class PureLightEmitter(mi.Emitter):
 
     Properties: `filename` (the bundle; a relative path is looked up beside the scene file),
     `to_world` (rotation, uniform scale and translation), `dimmer` (factor on the radiance,
-    default 1). `mi.traverse` exposes `to_world` and `dimmer`.
+    default 1), `check_vectors` (default true: networks are compared with the bundle's golden
+    vectors before their first use; the last lamp of a bundle decides for all of that bundle).
+    `mi.traverse` exposes `to_world` and `dimmer`.
     """
 
     def __init__(self, props: mi.Properties) -> None:
@@ -32,6 +34,7 @@ class PureLightEmitter(mi.Emitter):
         if not path.is_file():
             raise PureLightError(f"{name}: no such file; filename must lead to a .plux bundle")
         self.luminaire: Luminaire = load(path)
+        self.luminaire.check_vectors = bool(props.get("check_vectors", True))
         self.dimmer = mi.Float(props.get("dimmer", 1.0))
         matrix = np.eye(4)
         if "to_world" in props:

@@ -1,0 +1,72 @@
+"""Both runtimes compare networks with their golden vectors at load, unless told not to."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import mitsuba as mi
+import numpy as np
+import pytest
+
+from purelight_format import container, npy
+from purelight_format.bundle import Bundle
+from purelight_format.errors import PureLightError
+from purelight_format.members import network as member_of
+from purelight_format.vectors import SIGNATURES
+from purelight_mitsuba import use
+from purelight_mitsuba.luminaire import load
+from purelight_onnx.luminaire import Luminaire
+from tests.assets import lamp
+
+use()
+
+
+def write(path: Path, network: str, error: float) -> Path:
+    """A bundle one of whose golden outputs is off by 1 + error; all else about it is valid."""
+    content = lamp.good()
+    member = f"vectors/{network}.{next(iter(SIGNATURES[network].outputs))}.npy"
+    outputs = npy.loads(content[member], member, "<f8") * (1 + error)
+    path.write_bytes(lamp.seal({**content, member: npy.dumps(outputs)}))
+    return path
+
+
+@pytest.mark.parametrize("network", SIGNATURES)
+def test_onnx_runtime_refuses_a_network_that_misses(network: str, tmp_path: Path) -> None:
+    Luminaire.open(write(tmp_path / "good.plux", network, 0.0)).network(network)
+    wrong = write(tmp_path / "wrong.plux", network, 1e-2)
+    with pytest.raises(PureLightError, match=f"{network}: 8 of 8 golden vectors"):
+        Luminaire.open(wrong).network(network)
+    Luminaire.open(wrong, check_vectors=False).network(network)
+
+
+@pytest.mark.parametrize("network", SIGNATURES)
+def test_mitsuba_refuses_a_network_that_misses(network: str, tmp_path: Path) -> None:
+    load(write(tmp_path / "good.plux", network, 0.0)).network(network)
+    wrong = load(write(tmp_path / "wrong.plux", network, 1e-2))
+    with pytest.raises(PureLightError, match=f"{network}: 8 of 8 golden vectors"):
+        wrong.network(network)
+    wrong.check_vectors = False
+    wrong.network(network)
+
+
+@pytest.mark.parametrize("given", [{}, {"check_vectors": True}, {"check_vectors": False}])
+def test_a_scene_says_whether_to_check(given: dict[str, Any], tmp_path: Path) -> None:
+    wrong = write(tmp_path / "wrong.plux", "appearance", 1e-2)
+    description = {"type": "purelight", "filename": str(wrong), **given}
+    scene = mi.load_dict({"type": "scene", "lamp": description})
+    integrator = mi.load_dict({"type": "purelight"})
+    if given.get("check_vectors", True):
+        with pytest.raises(PureLightError, match="golden vectors"):
+            integrator.prepare(scene)
+    else:
+        integrator.prepare(scene)
+
+
+def test_the_bundles_of_the_suite_carry_64_vectors(folder: Path) -> None:
+    for path in (folder / "bundles").iterdir():
+        bundle = Bundle.open(path)
+        for network in bundle.manifest.networks:
+            assert member_of(network) in container.scan(bundle.data)
+            assert len(bundle.vectors(network)) == 64
+            assert np.isfinite(next(iter(bundle.vectors(network).tolerances.values()))).all()
