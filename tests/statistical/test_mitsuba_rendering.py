@@ -94,6 +94,7 @@ def test_rotation_scale_and_dimmer(bundles: Path, tmp_path: Path) -> None:
     agree(lamps.average(scene, ours()), lamps.average(reference, PATH))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mode", MODES)
 def test_lamps_of_two_kinds_beside_a_stock_light(bundles: Path, tmp_path: Path, mode: str) -> None:
     small = T().translate([-0.6, 0.6, 0.3]).scale(0.5)
@@ -122,6 +123,7 @@ def test_lamps_of_two_kinds_beside_a_stock_light(bundles: Path, tmp_path: Path, 
     agree(lamps.average(scene, ours(mode)), lamps.average(reference, PATH))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mode", MODES)
 @pytest.mark.parametrize(
     "floor",

@@ -28,7 +28,6 @@ from twins import Ball, Dome, Hanging, Panel, T  # noqa: E402
 DEPTH = 5
 R = lamps.RADIUS
 RGB = (0.3, 0.6, 0.9)
-SKY = {"type": "constant", "radiance": {"type": "rgb", "value": [0.2, 0.3, 0.5]}}
 ROUGH = {"type": "roughconductor", "alpha": 0.15}
 BOTH, ACCURATE = ("accurate", "fast"), ("accurate",)
 
@@ -42,6 +41,17 @@ def at(*point: float, turn: float = 0.0, scale: float = 1.0) -> Any:
     """Centre of the lamp at a point, turned about an oblique axis, and scaled."""
     turned = T().translate(list(point)).rotate([0.6, 0, 0.8], turn).scale(scale)
     return turned @ T().translate([-c for c in lamps.CENTRE])
+
+
+def sky() -> dict[str, Any]:
+    """An even sky, and two specks that tell Mitsuba how large the scene is: rectangles do not."""
+    specks = {
+        f"speck{k}": {"type": "cube", "to_world": T().translate([k] * 3).scale(1e-3)}
+        for k in (-6, 6)
+    }
+    return specks | {
+        "sky": {"type": "constant", "radiance": {"type": "rgb", "value": [0.2, 0.3, 0.5]}}
+    }
 
 
 def stock_light(size: float = 0.3) -> dict[str, Any]:
@@ -107,7 +117,7 @@ def shadows_in_colour() -> Setting:
         Hanging(Panel(level=0, through=RGB), at(0, 0.2, -0.2, scale=3)),
         Hanging(Ball(), at(-0.2, 0, 0.6)),
     ]
-    return lamps.room() | {"light": stock_light(), "sky": SKY}, hangings
+    return lamps.room() | {"light": stock_light()} | sky(), hangings
 
 
 def one_before_another() -> Setting:
@@ -117,7 +127,7 @@ def one_before_another() -> Setting:
         Hanging(Panel(through=(0.9, 0.5, 0.7), level=0.2), at(0.2, 0.1, 0.1, turn=-60, scale=2)),
         Hanging(Ball(), at(-0.3, -0.1, 0.2)),
     ]
-    return lamps.room() | {"sky": SKY}, hangings
+    return lamps.room() | sky(), hangings
 
 
 def camera_inside() -> Setting:
@@ -195,7 +205,7 @@ def before_the_sky() -> Setting:
         Hanging(Ball(), at(0.3, 0.3, 0.2, scale=0.7)),
         Hanging(Panel(level=0, through=RGB), at(0, 0, 0.5, turn=50, scale=2)),
     ]
-    return lamps.room() | {"sky": SKY}, hangings
+    return lamps.room() | sky(), hangings
 
 
 def through_a_lens() -> Setting:
@@ -206,7 +216,7 @@ def through_a_lens() -> Setting:
 def mixed() -> Setting:
     """Several lamps that overlap, a stock light, the sky, a lens and a rough conductor."""
     room, hangings = many_lights()
-    room = thin_lens(room | {"sky": SKY, "floor": rectangle(room["floor"]["to_world"], ROUGH)})
+    room = thin_lens(room | sky() | {"floor": rectangle(room["floor"]["to_world"], ROUGH)})
     return room, [*hangings, *sunk_in_the_wall()[1], *overlapping_balls()[1]]
 
 
@@ -265,6 +275,17 @@ def named(cases: list[Any]) -> Any:
 @named(QUICK)
 def test_at_a_glance(setting: Any, modes: tuple[str, ...], tmp_path: Path) -> None:
     compare(setting, modes, tmp_path, size=16, spp=48, tolerance=0.03)
+
+
+def test_a_sky_is_shadowed_however_small_mitsuba_takes_the_scene(tmp_path: Path) -> None:
+    room, hangings = before_the_sky()
+    bare = {name: part for name, part in room.items() if not name.startswith("speck")}
+    integrator = {"type": "purelight", "max_depth": 2}
+    found, expected = (
+        passes(twins.twins(tmp_path, scene, hangings)[0], integrator, 64, first=first)
+        for first, scene in enumerate((bare, room))
+    )
+    agree(found, expected)
 
 
 @pytest.mark.slow

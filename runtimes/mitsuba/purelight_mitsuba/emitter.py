@@ -15,26 +15,25 @@ from purelight_mitsuba.luminaire import Luminaire, load
 from purelight_mitsuba.placement import Placement
 
 
-class PureLightEmitter(mi.Emitter):
-    """A lamp that only the integrator `purelight` can see; others render it dark and invisible.
+class BundleEmitter(mi.Emitter):
+    """A bundle at a place in the scene, without light of its own.
 
     Properties: `filename` (the bundle; a relative path is looked up beside the scene file),
     `to_world` (rotation, uniform scale and translation), `dimmer` (factor on the radiance,
-    default 1), `check_vectors` (default true: networks are compared with the bundle's golden
-    vectors before their first use; the last lamp of a bundle decides for all of that bundle).
-    `mi.traverse` exposes `to_world` and `dimmer`.
+    default 1). `mi.traverse` exposes `to_world` and `dimmer`. A bundle that was written anew is
+    read again before the next rendering.
     """
 
     def __init__(self, props: mi.Properties) -> None:
         super().__init__(props)
         if "filename" not in props:
-            raise PureLightError("a purelight emitter needs a filename, the bundle of the lamp")
+            raise PureLightError("a lamp needs a filename, that of its bundle")
         name = str(props["filename"])
         path = Path(str(mi.file_resolver().resolve(name)))
         if not path.is_file():
             raise PureLightError(f"{name}: no such file; filename must lead to a .plux bundle")
+        self.path = path
         self.luminaire: Luminaire = load(path)
-        self.luminaire.check_vectors = bool(props.get("check_vectors", True))
         self.dimmer = mi.Float(props.get("dimmer", 1.0))
         matrix = np.eye(4)
         if "to_world" in props:
@@ -50,6 +49,15 @@ class PureLightEmitter(mi.Emitter):
         self.level = float(self.dimmer.numpy()[0])
         if not (math.isfinite(self.level) and self.level >= 0):
             raise PureLightError(f"{name}: dimmer must be a finite number of zero or more")
+
+    def refresh(self) -> None:
+        """Reads the bundle again if it changed; a file that is gone leaves the lamp as it is.
+
+        Raises:
+            PureLightError: If it is no valid bundle any more.
+        """
+        if self.path.is_file():
+            self.luminaire = load(self.path)
 
     def traverse(self, callback: Any) -> None:
         callback.put("dimmer", self.dimmer, mi.ParamFlags.NonDifferentiable)
@@ -102,3 +110,7 @@ class PureLightEmitter(mi.Emitter):
 
     def to_string(self) -> str:
         return f"PureLight[{self.luminaire.path.name}]"
+
+
+class PureLightEmitter(BundleEmitter):
+    """A lamp that only the integrator `purelight` can see; others render it dark and invisible."""

@@ -98,11 +98,14 @@ class PureLightIntegrator(mi.SamplingIntegrator):
         """Translates the networks and gathers the lamps that a scene needs, once.
 
         Raises:
-            PureLightError: If a bundle lacks a network that the mode needs.
+            PureLightError: If a bundle lacks a network that the mode needs, or is not valid now.
         """
         emitters = [e for e in scene.emitters() if isinstance(e, PureLightEmitter)]
+        for emitter in emitters:
+            emitter.refresh()
         # The scene itself would keep this integrator, and so itself, alive for ever.
-        key = (self.mode, *scene.emitters(), *((e.placement, e.level) for e in emitters))
+        state = ((e.placement, e.level, e.luminaire) for e in emitters)
+        key = (self.mode, *scene.emitters(), *state)
         if self._parts is None or self._parts.key != key:
             self._parts = SceneParts(key, StockEmitters(scene), None, None)
             if emitters:

@@ -38,12 +38,11 @@ class Hit:
 
 
 @dataclass
-class Place:
+class Frame:
     """Placement of one lamp per lane: world = scale · rotation · local + translation.
 
     Arguments:
-        rotation: Its rows as vectors.
-        bit: Of `passed` masks; zero for a lamp whose bounding sphere meets no other.
+        x, y, z: Rows of the rotation.
     """
 
     x: mi.Vector3f
@@ -52,10 +51,6 @@ class Place:
     translation: mi.Point3f
     scale: mi.Float
     dimmer: mi.Float
-    asset: mi.UInt32
-    bit: mi.UInt64
-    centre: mi.Point3f
-    radius: mi.Float
 
     def direction_to_local(self, d: mi.Vector3f) -> mi.Vector3f:
         return dr.fma(self.x, d.x, dr.fma(self.y, d.y, self.z * d.z))
@@ -69,6 +64,20 @@ class Place:
     def point_to_world(self, p: mi.Point3f) -> mi.Point3f:
         turned = self.direction_to_world(mi.Vector3f(p))
         return mi.Point3f(dr.fma(turned, self.scale, self.translation))
+
+
+@dataclass
+class Place(Frame):
+    """One lamp per lane.
+
+    Arguments:
+        bit: Of `passed` masks; zero for a lamp whose bounding sphere meets no other.
+    """
+
+    asset: mi.UInt32
+    bit: mi.UInt64
+    centre: mi.Point3f
+    radius: mi.Float
 
     def radii(self, p: mi.Point3f) -> mi.Float:
         """How many radii a point is away from the centre."""

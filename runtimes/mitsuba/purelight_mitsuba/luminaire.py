@@ -12,11 +12,11 @@ from purelight_format.bundle import Bundle
 from purelight_format.color import LUMINANCE
 from purelight_format.errors import PureLightError
 from purelight_format.geometry import BoundingSphere
+from purelight_format.members import PHOTOMETRY
 from purelight_format.surface import Surface
 from purelight_mitsuba.fused import FusedNetwork
-from purelight_mitsuba.golden import require_golden
 
-Key = tuple[str, int, int]
+Version = tuple[int, int]
 
 
 class Luminaire:
@@ -29,9 +29,9 @@ class Luminaire:
 
     Attributes:
         sphere: The bounding sphere.
+        flux: [3] in W per channel.
         power: Luminance-weighted flux in W.
         surface: The exit surface.
-        check_vectors: Whether networks are compared with their golden vectors before use.
     """
 
     def __init__(self, bundle: Bundle) -> None:
@@ -39,12 +39,11 @@ class Luminaire:
             raise PureLightError(f"{bundle.path}: this bundle has no appearance network")
         self.path, self.digest = bundle.path, bundle.digest
         self.sphere: BoundingSphere = bundle.manifest.bounding_sphere
-        self.power = float(LUMINANCE @ np.asarray(bundle.manifest.flux))
+        self.flux = np.asarray(bundle.manifest.flux, np.float64)
+        self.power = float(LUMINANCE @ self.flux)
         self.surface: Surface = bundle.surface()
-        self.check_vectors = True
         self._bundle = bundle
         self._networks: dict[tuple[str, str], FusedNetwork] = {}
-        self._checked: set[tuple[str, str]] = set()
 
     def has(self, network: str) -> bool:
         """Returns whether the bundle carries a network."""
@@ -54,8 +53,7 @@ class Luminaire:
         """Returns a network of the bundle, translated for the variant in use.
 
         Raises:
-            PureLightError: If the bundle does not carry it, it cannot be translated, or it does
-                not meet its golden vectors.
+            PureLightError: If the bundle does not carry it, or it cannot be translated.
         """
         key = (name, mi.variant())
         if key not in self._networks:
@@ -63,10 +61,17 @@ class Luminaire:
                 raise PureLightError(f"{self.path}: no {name} network; export the lamp with it")
             model = self._bundle.read(self._bundle.manifest.networks[name].member)
             self._networks[key] = FusedNetwork(model, name=f"{self.path}: {name}")
-        if self.check_vectors and key not in self._checked:
-            require_golden(self._networks[key], self._bundle.vectors(name))
-            self._checked.add(key)
         return self._networks[key]
+
+    def photometry(self) -> bytes:
+        """Returns the bundle's IES text.
+
+        Raises:
+            PureLightError: If it has none.
+        """
+        if PHOTOMETRY not in self._bundle.entries:
+            raise PureLightError(f"{self.path}: no {PHOTOMETRY}; export the lamp with it")
+        return self._bundle.read(PHOTOMETRY)
 
     def normals(self) -> np.ndarray:
         """Geometric unit normals [T, 3] of the triangles, +Z where one has no area."""
@@ -78,12 +83,13 @@ class Luminaire:
 
 
 _lock = threading.Lock()  # Mitsuba loads the objects of a scene in parallel.
-_by_file: dict[Key, Luminaire] = {}
-_by_digest: dict[str, Luminaire] = {}
+_by_file: dict[str, tuple[Version, Luminaire]] = {}
 
 
 def load(path: Path) -> Luminaire:
     """Returns the luminaire of a bundle; equal files and equal contents share one.
+
+    A file that changed is read again, and what it was before is kept only by who uses it.
 
     Raises:
         PureLightError: If there is no such file, or it is not a valid bundle.
@@ -92,11 +98,10 @@ def load(path: Path) -> Luminaire:
         status = path.stat()
     except OSError as error:
         raise PureLightError(f"{path}: cannot read the lamp: {error.strerror}") from error
-    key = (str(path.resolve()), status.st_mtime_ns, status.st_size)
+    name, version = str(path.resolve()), (status.st_mtime_ns, status.st_size)
     with _lock:
-        if key not in _by_file:
+        if name not in _by_file or _by_file[name][0] != version:
             bundle = Bundle.open(path)
-            shared = _by_digest.get(bundle.digest)
-            _by_file[key] = shared if shared is not None else Luminaire(bundle)
-            _by_digest[bundle.digest] = _by_file[key]
-        return _by_file[key]
+            same = (old for _, old in _by_file.values() if old.digest == bundle.digest)
+            _by_file[name] = version, next(same, None) or Luminaire(bundle)
+        return _by_file[name][1]

@@ -8,8 +8,8 @@ from typing import Any
 
 from purelight_mitsuba.platform import check_llvm
 
-NAME = "purelight"
-MODULES = ("emitter", "lamps", "stock", "aimed", "integrator")
+NAME, ROOM_ONLY = "purelight", "purelight_room_only"
+MODULES = ("emitter", "lamps", "room_only", "stock", "aimed", "integrator")
 EMITTER_PROPERTIES = ("filename", "to_world", "dimmer")
 _registered: list[str] = []
 
@@ -27,7 +27,7 @@ def register() -> None:
         return
     if variant.startswith("llvm"):
         check_llvm()
-    emitter, *_, integrator = (_fresh(f"purelight_mitsuba.{name}") for name in MODULES)
+    emitter, _, room_only, *_, integrator = (_fresh(f"purelight_mitsuba.{n}") for n in MODULES)
 
     def make(props: Any) -> Any:
         """Mitsuba keeps one constructor per name, so this one makes emitter and integrator."""
@@ -37,6 +37,7 @@ def register() -> None:
 
     mi = importlib.import_module("mitsuba")
     mi.register_emitter(NAME, make)
+    mi.register_emitter(ROOM_ONLY, room_only.RoomOnlyEmitter)
     mi.register_integrator(NAME, make)
     _registered[:] = [variant]
 

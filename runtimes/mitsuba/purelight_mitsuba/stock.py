@@ -47,12 +47,17 @@ class StockEmitters:
         emitter = dr.gather(mi.EmitterPtr, self._pointers, index, active)
         ds, light = emitter.sample_direction(si, sampler.next_2d(), active)
         active = active & (ds.pdf > 0) & (chance > 0)
-        active = active & ~scene.ray_test(si.spawn_ray_to(ds.p), active)
+        # Mitsuba puts what is infinitely far on a sphere around its shapes, without the lamps, and
+        # around none if all are rectangles; the ray then ended before what is in its way.
+        far = mi.has_flag(emitter.flags(), mi.EmitterFlags.Infinite)
+        ray = dr.select(far, si.spawn_ray(ds.d), si.spawn_ray_to(ds.p))
+        active = active & ~scene.ray_test(ray, active)
         value, pdf = bsdf.eval_pdf(mi.BSDFContext(), si, si.to_local(ds.d), active)
         share = dr.select(ds.delta, 1, power(ds.pdf * chance, pdf)) / chance
         total = path.throughput * value * light * share
         ray = si.spawn_ray(ds.d)
-        return [Segment.of(ray, ds.dist, total, active & (dr.max(total) > 0), open=True)]
+        length = dr.select(far, dr.largest(mi.Float), ds.dist)
+        return [Segment.of(ray, length, total, active & (dr.max(total) > 0), open=True)]
 
     def hit(
         self, scene: mi.Scene, si: mi.SurfaceInteraction3f, path: Any, hide: bool

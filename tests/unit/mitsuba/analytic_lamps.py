@@ -36,9 +36,9 @@ class Lamp:
     networks: dict[str, bytes]
     flux: np.ndarray
 
-    def write(self, path: Path) -> Path:
-        """Writes the lamp as a valid bundle."""
-        infos, members = {}, self.surface.to_members()
+    def write(self, path: Path, more: dict[str, bytes] | None = None) -> Path:
+        """Writes the lamp as a valid bundle, with more members if wanted."""
+        infos, members = {}, self.surface.to_members() | (more or {})
         for name, model in self.networks.items():
             cost = inspect(model, name)
             infos[name] = NetworkInfo(

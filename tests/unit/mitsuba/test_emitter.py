@@ -91,6 +91,31 @@ def test_parameters_move_and_dim_a_lamp(bundle: Path) -> None:
     assert np.abs(moved - dimmed).max() > 0.1
 
 
+def test_a_bundle_written_anew_is_read_before_the_next_rendering(bundle: Path) -> None:
+    scene = mi.load_dict(lamps.room() | {"a": lamp(bundle), "b": lamp(bundle)})
+    integrator = mi.load_dict({"type": "purelight", "max_depth": 2})
+    before = lamps.average(scene, integrator, spp=16, passes=1)
+    lamps.ball(0.5).write(bundle)
+    after = lamps.average(scene, integrator, spp=16, passes=1)
+    assert np.abs(after - before).max() > 0.1
+    first, second = scene.emitters()
+    assert first.luminaire is second.luminaire is load(bundle)
+    bundle.unlink()
+    kept = lamps.average(scene, integrator, spp=16, passes=1)
+    np.testing.assert_allclose(kept, after, rtol=1e-4)
+    bundle.write_bytes(b"nothing")
+    with pytest.raises(Exception, match="not a valid bundle"):
+        integrator.prepare(scene)
+
+
+def test_instances_share_networks_and_their_surface(bundle: Path) -> None:
+    places = {f"l{k}": lamp(bundle, to_world=T().translate([k, 0, 0])) for k in range(20)}
+    scene = mi.load_dict(lamps.room() | places)
+    table = Lamps(scene.emitters(), scene)
+    assert len({id(emitter.luminaire) for emitter in scene.emitters()}) == 1
+    assert table.luminaires == [load(bundle)]
+
+
 def test_a_missing_map_is_named_in_fast_mode(tmp_path: Path) -> None:
     path = lamps.glass_sheet([0.5] * 3).write(tmp_path / "sheet.plux")
     scene = mi.load_dict(lamps.room() | {"lamp": lamp(path)})
