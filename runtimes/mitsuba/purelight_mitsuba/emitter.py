@@ -20,8 +20,10 @@ class BundleEmitter(mi.Emitter):
 
     Properties: `filename` (the bundle; a relative path is looked up beside the scene file),
     `to_world` (rotation, uniform scale and translation), `dimmer` (factor on the radiance,
-    default 1). `mi.traverse` exposes `to_world` and `dimmer`. A bundle that was written anew is
-    read again before the next rendering.
+    default 1), `check_vectors` (default true: networks are compared with the bundle's golden
+    vectors before their first use; the last lamp of a bundle decides for all of that bundle).
+    `mi.traverse` exposes `to_world` and `dimmer`. A bundle that was written anew is read again
+    before the next rendering.
     """
 
     def __init__(self, props: mi.Properties) -> None:
@@ -34,6 +36,7 @@ class BundleEmitter(mi.Emitter):
             raise PureLightError(f"{name}: no such file; filename must lead to a .plux bundle")
         self.path = path
         self.luminaire: Luminaire = load(path)
+        self.luminaire.check_vectors = bool(props.get("check_vectors", True))
         self.dimmer = mi.Float(props.get("dimmer", 1.0))
         matrix = np.eye(4)
         if "to_world" in props:
@@ -57,7 +60,9 @@ class BundleEmitter(mi.Emitter):
             PureLightError: If it is no valid bundle any more.
         """
         if self.path.is_file():
+            check = self.luminaire.check_vectors
             self.luminaire = load(self.path)
+            self.luminaire.check_vectors = check
 
     def traverse(self, callback: Any) -> None:
         callback.put("dimmer", self.dimmer, mi.ParamFlags.NonDifferentiable)

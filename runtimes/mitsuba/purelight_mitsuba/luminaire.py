@@ -15,6 +15,7 @@ from purelight_format.geometry import BoundingSphere
 from purelight_format.members import PHOTOMETRY
 from purelight_format.surface import Surface
 from purelight_mitsuba.fused import FusedNetwork
+from purelight_mitsuba.golden import require_golden
 
 Version = tuple[int, int]
 
@@ -32,6 +33,7 @@ class Luminaire:
         flux: [3] in W per channel.
         power: Luminance-weighted flux in W.
         surface: The exit surface.
+        check_vectors: Whether networks are compared with their golden vectors before use.
     """
 
     def __init__(self, bundle: Bundle) -> None:
@@ -42,8 +44,10 @@ class Luminaire:
         self.flux = np.asarray(bundle.manifest.flux, np.float64)
         self.power = float(LUMINANCE @ self.flux)
         self.surface: Surface = bundle.surface()
+        self.check_vectors = True
         self._bundle = bundle
         self._networks: dict[tuple[str, str], FusedNetwork] = {}
+        self._checked: set[tuple[str, str]] = set()
 
     def has(self, network: str) -> bool:
         """Returns whether the bundle carries a network."""
@@ -53,7 +57,8 @@ class Luminaire:
         """Returns a network of the bundle, translated for the variant in use.
 
         Raises:
-            PureLightError: If the bundle does not carry it, or it cannot be translated.
+            PureLightError: If the bundle does not carry it, it cannot be translated, or it does
+                not meet its golden vectors.
         """
         key = (name, mi.variant())
         if key not in self._networks:
@@ -61,6 +66,9 @@ class Luminaire:
                 raise PureLightError(f"{self.path}: no {name} network; export the lamp with it")
             model = self._bundle.read(self._bundle.manifest.networks[name].member)
             self._networks[key] = FusedNetwork(model, name=f"{self.path}: {name}")
+        if self.check_vectors and key not in self._checked:
+            require_golden(self._networks[key], self._bundle.vectors(name))
+            self._checked.add(key)
         return self._networks[key]
 
     def photometry(self) -> bytes:
