@@ -35,6 +35,21 @@ class Aim:
     spoilt: mi.UInt32
 
 
+@dataclass
+class Numbers:
+    """Uniform numbers that aim one shadow ray: which lamp, which way, triangle, and direction."""
+
+    lamp: mi.Float
+    near: mi.Float
+    choice: mi.Point2f
+    u: mi.Point2f
+
+    @staticmethod
+    def draw(sampler: mi.Sampler) -> Numbers:
+        """Takes the next numbers of a sampler."""
+        return Numbers(sampler.next_1d(), sampler.next_1d(), sampler.next_2d(), sampler.next_2d())
+
+
 class AimedLamps:
     """Next-event estimation of the lamps.
 
@@ -62,16 +77,16 @@ class AimedLamps:
         si: mi.SurfaceInteraction3f,
         bsdf: mi.BSDFPtr,
         path: Any,
-        sampler: mi.Sampler,
+        numbers: Numbers,
         active: mi.Bool,
     ) -> list[Segment]:
         """Sends a shadow ray toward a lamp."""
         if self._lamps.dark:
             return []
-        lamp, chance = self._lamps.pick(sampler.next_1d(), active)
+        lamp, chance = self._lamps.pick(numbers.lamp, active)
         place = self._lamps.place(lamp, active)
-        near = active & (sampler.next_1d() < share(place.radii(si.p)))
-        choice, u = sampler.next_2d(), sampler.next_2d()
+        near = active & (numbers.near < share(place.radii(si.p)))
+        choice, u = numbers.choice, numbers.u
         aim = self._by_network(place, si, u, active & ~near)
         aim = dr.select(near, self._by_surface(place, si, choice, u, near), aim)
         path.spoilt = path.spoilt + aim.spoilt

@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 from pathlib import Path
 
+import drjit as dr
 import mitsuba as mi
 import numpy as np
 
@@ -16,6 +17,8 @@ from purelight_format.members import PHOTOMETRY
 from purelight_format.surface import Surface
 from purelight_mitsuba.fused import FusedNetwork
 from purelight_mitsuba.golden import require_golden
+from purelight_onnx.luminaire import check
+from purelight_onnx.session import Session
 
 Version = tuple[int, int]
 
@@ -48,6 +51,7 @@ class Luminaire:
         self._bundle = bundle
         self._networks: dict[tuple[str, str], FusedNetwork] = {}
         self._checked: set[tuple[str, str]] = set()
+        self._sessions: dict[tuple[str, int], Session] = {}
 
     def has(self, network: str) -> bool:
         """Returns whether the bundle carries a network."""
@@ -70,6 +74,22 @@ class Luminaire:
             require_golden(self._networks[key], self._bundle.vectors(name))
             self._checked.add(key)
         return self._networks[key]
+
+    def cost(self, name: str) -> int:
+        """Multiply-adds of a network per sample, as the bundle states."""
+        return int(self._bundle.manifest.networks[name].macs_per_sample)
+
+    def session(self, name: str) -> Session:
+        """Returns a network of the bundle in ONNX Runtime, on as many threads as Dr.Jit has."""
+        key = (name, dr.thread_count())
+        if key not in self._sessions:
+            model = self._bundle.read(self._bundle.manifest.networks[name].member)
+            title = f"{self.path}: {name}"
+            session = Session(model, name=title, threads=max(1, dr.thread_count()))
+            if self.check_vectors:
+                check(session, self._bundle.vectors(name))
+            self._sessions[key] = session
+        return self._sessions[key]
 
     def photometry(self) -> bytes:
         """Returns the bundle's IES text.

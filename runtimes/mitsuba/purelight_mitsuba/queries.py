@@ -45,12 +45,12 @@ class Queries:
     ) -> tuple[mi.Color3f, mi.UInt32]:
         """Radiance from an exit surface along -d, W/(m² sr), and how many answers were spoilt."""
 
-        def network(luminaire: Luminaire, *surface: Any) -> tuple[mi.Color3f, mi.UInt32]:
-            return _finite(mi.Color3f(*luminaire.network("appearance")(*surface)[0]))
+        def network(luminaire: Luminaire, *there: Any) -> tuple[mi.Color3f, mi.UInt32]:
+            return finite(mi.Color3f(*luminaire.network("appearance")(*there)[0]))
 
         zero = (mi.Color3f(0), mi.UInt32(0))
-        surface = _surface(place, hit, p, d)
-        radiance, spoilt = self._each(place.asset, active, network, surface, zero)
+        there = surface(place, hit, p, d)
+        radiance, spoilt = self._each(place.asset, active, network, there, zero)
         return radiance * place.dimmer, spoilt
 
     def transmittance(
@@ -58,13 +58,13 @@ class Queries:
     ) -> tuple[mi.Color3f, mi.UInt32]:
         """Transmittance of the whole line through a lamp, one where inactive."""
 
-        def network(luminaire: Luminaire, *surface: Any) -> tuple[mi.Color3f, mi.UInt32]:
+        def network(luminaire: Luminaire, *there: Any) -> tuple[mi.Color3f, mi.UInt32]:
             if not luminaire.has("transparency"):
                 return mi.Color3f(0), mi.UInt32(0)
-            return _finite(mi.Color3f(*luminaire.network("transparency")(*surface)[0]))
+            return finite(mi.Color3f(*luminaire.network("transparency")(*there)[0]))
 
         one = (mi.Color3f(1), mi.UInt32(0))
-        return self._each(place.asset, active, network, _surface(place, hit, p, d), one)
+        return self._each(place.asset, active, network, surface(place, hit, p, d), one)
 
     def pdf_solid_angle(
         self, place: Place, p: mi.Point3f, d: mi.Vector3f, active: mi.Bool
@@ -79,7 +79,7 @@ class Queries:
             if self.fast or not _learned(luminaire):
                 return _cap(luminaire, point).pdf_solid_angle(), mi.UInt32(0)
             (pdf,) = luminaire.network("sampler_pdf")(point, toward)
-            return _finite(pdf.item())
+            return finite(pdf.item())
 
         local = (place.point_to_local(p), place.direction_to_local(d))
         return self._each(place.asset, active, network, local, (mi.Float(0), mi.UInt32(0)))
@@ -108,8 +108,8 @@ class Queries:
             toward, pdf, spoilt = view.direction(u), view.pdf_solid_angle(), mi.UInt32(0)
         else:
             columns, density = luminaire.network("sampler")(point, u)
-            toward, spoilt = _finite(mi.Vector3f(*columns))
-            pdf, spoilt_pdf = _finite(density.item())
+            toward, spoilt = finite(mi.Vector3f(*columns))
+            pdf, spoilt_pdf = finite(density.item())
             pdf = dr.select(spoilt > 0, 0, pdf)
             spoilt = spoilt | spoilt_pdf
         return toward, pdf, mi.Color3f(dr.select(pdf > 0, 1 / pdf, 0)), spoilt
@@ -120,7 +120,7 @@ class Queries:
         pdf = view.pdf_solid_angle()
         (cells,) = luminaire.network("fast_map")(point)
         square, weight = RadianceMap(cells).sample(u)
-        weight, spoilt = _finite(dr.select(view.outside, weight / pdf, 0))
+        weight, spoilt = finite(dr.select(view.outside, weight / pdf, 0))
         return view.direction(square), pdf, weight, spoilt
 
     def _each(
@@ -153,7 +153,7 @@ def _cap(luminaire: Luminaire, point: mi.Point3f) -> Cap:
     return cap(point, mi.Point3f(*sphere.center), mi.Float(sphere.radius))
 
 
-def _surface(
+def surface(
     place: Place, hit: Hit, p: mi.Point3f, d: mi.Vector3f
 ) -> tuple[mi.Point3f, mi.Normal3f, mi.Vector3f]:
     """Position, normal on the side of outgoing, and outgoing, in the luminaire frame."""
@@ -162,7 +162,7 @@ def _surface(
     return place.point_to_local(p), dr.select(facing, hit.normal, -hit.normal), outgoing
 
 
-def _finite(value: Any) -> tuple[Any, mi.UInt32]:
+def finite(value: Any) -> tuple[Any, mi.UInt32]:
     """Replaces answers that are infinite or NaN by zero; 1 where there was one."""
     finite = dr.isfinite(value)
     good = dr.all(finite) if dr.depth_v(value) > 1 else finite

@@ -9,7 +9,7 @@ from typing import Any
 from purelight_mitsuba.platform import check_llvm
 
 NAME, ROOM_ONLY = "purelight", "purelight_room_only"
-MODULES = ("emitter", "lamps", "room_only", "stock", "aimed", "integrator")
+MODULES = ("emitter", "lamps", "room_only", "stock", "aimed", "queued", "integrator")
 EMITTER_PROPERTIES = ("filename", "to_world", "dimmer")
 _registered: list[str] = []
 

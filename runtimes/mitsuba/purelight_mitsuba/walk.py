@@ -9,7 +9,7 @@ import drjit as dr
 import mitsuba as mi
 
 from purelight_mitsuba.lamps import Hit, Lamps, Place
-from purelight_mitsuba.queries import Queries
+from purelight_mitsuba.queries import Queries, surface
 from purelight_mitsuba.surface_sampler import share
 
 NONE = 0xFFFFFFFF
@@ -76,6 +76,23 @@ class Vertex:
 
 
 @dataclass
+class Question:
+    """A point of an exit surface whose radiance is to be known, in the luminaire frame.
+
+    Arguments:
+        weight: What the radiance is worth to the pixel.
+        asset: Index of the luminaire.
+    """
+
+    position: mi.Point3f
+    normal: mi.Normal3f
+    outgoing: mi.Vector3f
+    weight: mi.Color3f
+    asset: mi.UInt32
+    asked: mi.Bool
+
+
+@dataclass
 class Progress:
     """How far the segments of a lane have been walked."""
 
@@ -87,6 +104,14 @@ class Progress:
     survived: mi.Color3f
     light: mi.Color3f
     spoilt: mi.UInt32
+    question: Question
+
+    @staticmethod
+    def begin() -> Progress:
+        return Progress(
+            mi.UInt32(0), mi.Float(0), mi.UInt32(NONE), mi.UInt64(0), mi.Color3f(1), mi.Color3f(1),
+            mi.Color3f(0), mi.UInt32(0), dr.zeros(Question),
+        )  # fmt: skip
 
 
 class Walk:
@@ -113,23 +138,34 @@ class Walk:
             Light for the pixel, transmittance of the view segment, and how many answers of
             networks were spoilt.
         """
-        segments = [view, *stock, *aimed]
+        end = self._follow([view, *stock, *aimed], vertex)
+        return end.light, end.survived, end.spoilt
 
+    def ask(self, aimed: Segment) -> tuple[mi.Color3f, Question, mi.UInt32]:
+        """Follows a shadow ray to a lamp without evaluating the lamp's radiance.
+
+        Returns:
+            Light that is known already, what is left to ask, and how many answers of networks were
+            spoilt.
+        """
+        end = self._follow([aimed], None)
+        return end.light, end.question, end.spoilt
+
+    def _follow(self, segments: Sequence[Segment], vertex: Vertex | None) -> Progress:
         def body(now: Progress) -> tuple[Progress]:
             return (self._step(now, _choose(segments, now.turn), vertex),)
 
-        start = Progress(
-            mi.UInt32(0), mi.Float(0), mi.UInt32(NONE), mi.UInt64(0), mi.Color3f(1), mi.Color3f(1),
-            mi.Color3f(0), mi.UInt32(0),
-        )  # fmt: skip
         (end,) = dr.while_loop(
-            (start,), lambda now: now.turn < len(segments), body, label="walk among the lamps"
+            (Progress.begin(),),
+            lambda now: now.turn < len(segments),
+            body,
+            label="walk among the lamps",
         )
-        return end.light, end.survived, end.spoilt
+        return end
 
-    def _step(self, now: Progress, on: Segment, vertex: Vertex) -> Progress:
-        """Meets the next lamp of a segment or ends it."""
-        viewing = now.turn == 0
+    def _step(self, now: Progress, on: Segment, vertex: Vertex | None) -> Progress:
+        """Meets the next lamp of a segment or ends it; without a vertex, none is a view."""
+        viewing = now.turn == 0 if vertex is not None else mi.Bool(False)
         ray = mi.Ray3f(dr.fma(on.direction, now.start, on.origin), on.direction)
         ray.maxt = on.length - now.start
         hit = self._lamps.intersect(ray, on.active)
@@ -140,12 +176,20 @@ class Walk:
         p = dr.fma(on.direction, distance, on.origin)
         seen = target & ((on.facet == ANY) | (on.facet == hit.facet))
 
-        shining = (fresh & viewing) | seen
-        radiance, spoilt = self._queries.radiance(place, hit, p, on.direction, shining)
-        part, spoilt_pdf = self._part(on, distance, place, hit, vertex, shining & viewing)
         arriving = now.through * on.weight
-        light = now.light + dr.select(shining, arriving * radiance * part, 0)
-        light = light + dr.select(target & (on.facet == NONE), arriving, 0)
+        light = now.light + dr.select(target & (on.facet == NONE), arriving, 0)
+        question, spoilt = now.question, mi.UInt32(0)
+        if vertex is None:
+            asked = Question(
+                *surface(place, hit, p, on.direction), arriving * place.dimmer, place.asset, seen
+            )
+            question = dr.select(seen, asked, question)
+        else:
+            shining = (fresh & viewing) | seen
+            radiance, spoilt = self._queries.radiance(place, hit, p, on.direction, shining)
+            part, spoilt_pdf = self._part(on, distance, place, hit, vertex, shining & viewing)
+            light = light + dr.select(shining, arriving * radiance * part, 0)
+            spoilt = spoilt + spoilt_pdf
         blocking, spoilt_through = self._queries.transmittance(
             place, hit, p, on.direction, fresh & ~target
         )
@@ -162,7 +206,8 @@ class Walk:
             through=dr.select(end, 1, through),
             survived=dr.select(end & viewing, through, now.survived),
             light=light,
-            spoilt=now.spoilt + spoilt + spoilt_pdf + spoilt_through,
+            spoilt=now.spoilt + spoilt + spoilt_through,
+            question=question,
         )
 
     def _part(
