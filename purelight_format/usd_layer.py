@@ -20,7 +20,7 @@ from purelight_format.usd_schema import SCHEMA
 HEADER = b"#usda 1.0\n"
 ENDINGS = (".usd", ".usda", ".usdc", ".usdz")
 COMPOSING = (b"subLayers", b"references", b"payload", b"inherits", b"specializes", b"variant",
-             b"clips", b"relocates", b"expressionVariables")  # fmt: skip
+             b"clips", b"relocates", b"expressionVariables", b"colorConfiguration")  # fmt: skip
 CHUNK = 1 << 20
 METADATA = 1 << 16  # Bytes from the beginning in which the layer's own metadata must end.
 
@@ -31,6 +31,8 @@ ENDS = {
     b'"': re.compile(rb'[\\"\n]'), b"'": re.compile(rb"[\\'\n]"), b"@": re.compile(rb"[@\n]"),
     b"#": re.compile(rb"\n"),
 }  # fmt: skip
+ASSET = re.compile(rb"\basset ?(\[ ?\])? [^ ]+$")  # A declaration, with single spaces.
+VALUES = {b"None", b"inf", b"nan", b"e", b"E"}  # Words within a value.
 APPLIED = re.compile(rb"\bapiSchemas\s*=\s*\[?\s*")
 
 
@@ -68,6 +70,7 @@ def check(
     for keyword in COMPOSING:
         if _stands(data, words, keyword):
             yield issue("PLX_USD_COMPOSITION", name, word=keyword.decode())
+    yield from _check_quoted(data, words, name)
     for path in paths(data, words):
         yield from _check_path(path, name, members)
 
@@ -188,6 +191,30 @@ def _stands(data: bytes, words: list[Word], keyword: bytes) -> bool:
             return True
         position = data.find(keyword, words[index].end)
     return False
+
+
+def _check_quoted(data: bytes, words: list[Word], name: str) -> Iterator[Issue]:
+    """OpenUSD takes a quotation for an asset path where one is due."""
+    inside, before = False, len(HEADER)
+    gap: list[bytes] = []
+    for mark, start, end in words:
+        gap.append(data[before:start])
+        before = end
+        if mark == b"#":
+            continue  # A comment parts nothing.
+        inside = _is_asset(b" ".join(gap), inside)
+        gap = []
+        if inside and mark not in (b"@", b"@@@"):
+            yield issue("PLX_USD_PATH", name, path=data[start:end][:200].decode(errors="replace"))
+
+
+def _is_asset(gap: bytes, inside: bool) -> bool:
+    """Whether what follows a gap is in the value of an asset, if what comes before it is or not."""
+    declaration, assigned, value = gap.rpartition(b"=")
+    if assigned:
+        inside = bool(ASSET.search(b" ".join(declaration.rsplit(None, 4)[-4:])))
+    letters = re.findall(rb"[A-Za-z]+", value[:METADATA])
+    return inside and VALUES.issuperset(letters)
 
 
 def _check_path(path: str, name: str, members: Container[str]) -> Iterator[Issue]:

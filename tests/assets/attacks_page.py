@@ -80,6 +80,8 @@ Faults that these attempts brought to light in this project's own code, all clos
   checked ([N1](onnx_profile.md#n1));
 - half-open `@@@` made the search for asset paths quadratic, and `/* " */` hid paths from it,
   while OpenUSD read them ([U2](usd.md#u2));
+- OpenUSD takes a quotation for an asset path, which the fuzzer found after seven million inputs
+  ([U5](usd.md#u5));
 - value clips name layers in plain strings, and internal references double: neither is an asset
   path ([U6](usd.md#u6));
 - duplicate keys were searched in quadratic time, and a long key was repeated in the location of

@@ -461,6 +461,22 @@ attack(
     INSIDE,
     "PLX_USD_PATH_DANGLING",
 )(lambda: layer("@./manifest.json@", "@./∕etc∕passwd@"))
+for _text, _what in (
+    ('asset x = "/etc/passwd"', "an asset path in quotation marks, as OpenUSD takes it too"),
+    ('asset[] x = [@./manifest.json@, "/etc/passwd"]', "one in a list"),
+    ('asset x.timeSamples = { 0: None, 1e3: "/etc/passwd" }', "one in samples"),
+    ('asset # a comment\n x = # another\n "/etc/passwd"', "one behind comments"),
+    ("asset asset:asset =" + " " * 5000 + '"/etc/passwd"', "one behind much space"),
+    ('asset [ ] x = [ "/etc/passwd" ]', "one in a list with spaces"),
+):
+    attack(USD, _what, "an asset's value must be an asset path", "PLX_USD_PATH")(
+        lambda text=_text: layer(
+            "    float purelight:dimmer", f"    {text}\n    float purelight:dimmer"
+        )
+    )
+attack(USD, "a path in the layer's colorConfiguration, quoted", WORDS, "PLX_USD_COMPOSITION")(
+    lambda: in_metadata('colorConfiguration = "/etc/passwd"')
+)
 attack(USD, "an outer layer between comments `/* \" */ ... /* \" */`", "comments begin with #",
        "PLX_USD_SYNTAX")(
     lambda: in_metadata('/* " */ subLayers = [@/etc/x.usda@] /* " */')
