@@ -199,7 +199,8 @@ LAYER_WORDS = (
     b"*/", b"//", b"payload = </a>", b'variantSet "v" = {', b"inherits", b"(", b")", b"{", b"}",
     b'clips = { dictionary a = { string templateAssetPath = "/etc/x.###.usd" } }', b"\\@@@", b";",
     b"asset x = @/etc/passwd@",
-    b"asset ", b'asset[] x = ["', b'asset y = "/etc/passwd"', b'string y = "\\"', b"timeSamples = { 0: @/etc/passwd@ }",
+    b"asset ", b'asset[] x = ["', b'asset y = "/etc/passwd"',
+    b'string y = "\\"', b"timeSamples = { 0: @/etc/passwd@ }",
 )  # fmt: skip
 
 
