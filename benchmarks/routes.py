@@ -18,7 +18,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import torch
@@ -26,6 +26,9 @@ import torch
 from purelight_format import atomic
 from purelight_mitsuba import platform
 from purelight_train.presets import DRAFT, Preset
+
+if TYPE_CHECKING:  # Mitsuba's variant must be set before it is imported
+    from purelight_train.cap_samples import Radiance
 
 SIZE, PATHS, SPP = 128, 32 << 20, 16
 Figures = dict[str, Any]
@@ -97,6 +100,7 @@ class Bench:
 
     def run(self, name: str, threads: int) -> Figures:
         """Train one variant and compare it with the truth."""
+        from purelight_train.evaluation import as_function
         from purelight_train.pipeline import start
 
         variant, folder = VARIANTS[name], self.output / f"{self.lamp}-{name}"
@@ -111,21 +115,20 @@ class Bench:
         student = training.student
         seconds = {"cpu": time.process_time() - before, "wall": time.monotonic() - begin}
         size = sum(p.numel() for p in student.parameters())
-        own = {"seconds": seconds, "parameters": size}
-        return own | self.errors(training)
+        radiance = as_function(student, torch.device("cpu"))
+        return {"seconds": seconds, "parameters": size} | self.errors(training, radiance)
 
-    def errors(self, training: Any) -> Figures:
+    def errors(self, training: Any, radiance: Radiance, spp: int = SPP) -> Figures:
         """Held-out likelihood, and image errors as means over three views."""
-        from purelight_train.evaluation import as_function, fidelity
+        from purelight_train.evaluation import fidelity
         from purelight_train.truth.metrics import Comparison
         from purelight_train.truth.views import field_view
 
-        radiance = as_function(training.student, torch.device("cpu"))
         rng, surface = np.random.default_rng(5), training.lamp.surface
         figures: Figures = dict(fidelity(radiance, surface, training.lamp.held_out, rng))
         views = []
         for lens, reference in self.references(training):
-            picture, mask = field_view(surface, radiance, lens, SPP, rng)
+            picture, mask = field_view(surface, radiance, lens, spp, rng)
             views.append(Comparison(picture, reference, mask).to_dict())
         return figures | {k: float(np.mean([view[k] for view in views])) for k in views[0]}
 

@@ -59,8 +59,9 @@ def make_parts(
     *,
     compact: bool = False,
 ) -> list[Part]:
-    """Builds the wanted networks; a sampler brings its pdf network along."""
+    """Builds the wanted networks that the run has; a sampler brings its pdf network along."""
     rng = np.random.default_rng(0)
+    see_through = trained.transparency
     sphere, r_max, scale = description.sphere, description.r_max, description.radiance_scale
     makers: dict[str, Callable[[], list[Part]]] = {
         "appearance": lambda: [
@@ -70,10 +71,10 @@ def make_parts(
                 {"radiance": scale},
             )
         ],
-        "transparency": lambda: [
+        "transparency": lambda: [] if see_through is None else [
             Part(
-                "transparency", networks.transparency(trained.transparency, compact=compact),
-                trained.transparency, "forward", surface_probes(*surface, PROBES, rng),
+                "transparency", networks.transparency(see_through, compact=compact),
+                see_through, "forward", surface_probes(*surface, PROBES, rng),
                 {"transmittance": 1.0},
             )
         ],

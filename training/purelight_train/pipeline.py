@@ -7,7 +7,9 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import torch
+from numpy.typing import NDArray
 
 from purelight_format.errors import PureLightError
 from purelight_train.cap_samples import CapSamples
@@ -22,8 +24,10 @@ from purelight_train.stages import Loss, Stages, rows
 from purelight_train.student import Student
 from purelight_train.teacher import Teacher
 from purelight_train.traced_lamp import TracedLamp
-from purelight_train.training_sets import SamplerBatches, throughput_set
+from purelight_train.training_sets import SamplerBatches, SurfaceSet, throughput_set
 from purelight_train.transparency import Transparency
+
+Float = NDArray[np.float32]
 
 
 @dataclass
@@ -54,7 +58,17 @@ class Training:
         return self.route.student()
 
     @cached_property
-    def transparency(self) -> Transparency:
+    def throughput(self) -> SurfaceSet:
+        """Lines through the lamp and what comes through: what the transparency learns."""
+        samples, rng = self.preset.transparency_samples, self.stages.rng("transparency")
+        return throughput_set(self.lamp.luminaire, samples, rng, self.stages.seed + 5)
+
+    @cached_property
+    def transparency(self) -> Transparency | None:
+        """None for a lamp that no light passes straight: its bundle goes without."""
+        finished = self.stages.run.finished("transparency")
+        if not finished and not self.throughput[-1].any():
+            return None
         network = self.stages.build(
             "transparency", Transparency, self.lamp.description, self.preset
         )
@@ -106,7 +120,7 @@ class Training:
             self.stages.run,
             self.lamp.surface,
             as_function(student, device),
-            as_function(transparency, device),
+            opaque if transparency is None else as_function(transparency, device),
             self.route.teacher_radiance,
         )
         self.stages.run.write_json("metrics.json", metrics)
@@ -126,10 +140,7 @@ class Training:
     # Losses; their data is made at the first step
 
     def _transparency_loss(self, transparency: Transparency) -> Loss:
-        samples, rng = self.preset.transparency_samples, self.stages.rng("transparency")
-        seed = self.stages.seed + 5
-        data = self.stages.tensors(*throughput_set(self.lamp.luminaire, samples, rng, seed))
-        size = self.preset.transparency.batch
+        data, size = self.stages.tensors(*self.throughput), self.preset.transparency.batch
         return lambda rng: transparency.loss(*rows(data, rng, size))
 
     def _sampler_loss(self, sampler: Sampler) -> Loss:
@@ -140,6 +151,11 @@ class Training:
     def _fast_map_loss(self, fast_map: FastMap) -> Loss:
         data = self.stages.tensors(self.cap_samples.point, self.cap_samples.radiance)
         return lambda rng: fast_map.loss(*rows(data, rng, self.preset.fast_map.batch))
+
+
+def opaque(position: Float, normal: Float, outgoing: Float) -> Float:
+    """Transmittance of a lamp that no light passes: [N, 3] of zeros."""
+    return np.zeros_like(position)
 
 
 def start(

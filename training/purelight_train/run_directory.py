@@ -5,7 +5,8 @@ description.json            sphere, flux, radiance scale, channels (`description
 surface.npz                 positions [V,3], triangles [T,3], triangle_flux [T,3] in W
 escaped.npz                 direction [M,3], weight [M,3]: a random part of the exit records,
                             scaled so that the weights sum to the flux
-networks/NAME.safetensors   teacher, student, transparency, sampler, fast_map when finished
+networks/NAME.safetensors   teacher, student, transparency, sampler, fast_map when finished;
+                            no teacher on the route `photons`, no transparency of opaque lamps
 checkpoints/                unfinished stages
 metrics.json  previews/     figures and pictures
 """
@@ -13,9 +14,10 @@ metrics.json  previews/     figures and pictures
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,13 +33,18 @@ from purelight_train.sampler import Sampler
 from purelight_train.student import Student
 from purelight_train.transparency import Transparency
 
+Module = TypeVar("Module", bound=nn.Module)
+
 
 @dataclass(frozen=True)
 class Networks:
-    """The trained networks an asset is made of, in evaluation mode on the CPU."""
+    """The trained networks an asset is made of, in evaluation mode on the CPU.
+
+    An opaque lamp has no transparency.
+    """
 
     student: Student
-    transparency: Transparency
+    transparency: Transparency | None
     sampler: Sampler
     fast_map: FastMap
 
@@ -128,12 +135,15 @@ class RunDirectory:
 
     def networks(self) -> Networks:
         """The trained networks of a finished run."""
-        description, preset = self.description, self.preset
-        student, transparency = Student(description, preset), Transparency(description, preset)
-        sampler, fast_map = Sampler(description, preset), FastMap(description, preset)
-        for name, module in (
-            ("student", student), ("transparency", transparency),
-            ("sampler", sampler), ("fast_map", fast_map),
-        ):  # fmt: skip
-            self.load(name, module)
-        return Networks(student, transparency, sampler, fast_map)
+        see_through = self.finished("transparency")
+        return Networks(
+            self._network("student", Student),
+            self._network("transparency", Transparency) if see_through else None,
+            self._network("sampler", Sampler),
+            self._network("fast_map", FastMap),
+        )
+
+    def _network(self, name: str, kind: Callable[[Description, Preset], Module]) -> Module:
+        module = kind(self.description, self.preset)
+        self.load(name, module)
+        return module

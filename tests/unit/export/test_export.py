@@ -47,6 +47,14 @@ def test_the_bundle_is_valid_and_complete(lamp: Path) -> None:
     assert b"/home" not in opened.data
 
 
+def test_an_opaque_lamp_has_no_transparency(run_directory: Path, tmp_path: Path) -> None:
+    opaque = shutil.copytree(run_directory, tmp_path / "run")
+    (opaque / "networks" / "transparency.safetensors").unlink()
+    export(opaque, tmp_path / "lamp.plux")
+    networks = Bundle.open(tmp_path / "lamp.plux").manifest.networks
+    assert set(networks) == set(SIGNATURES) - {"transparency"}
+
+
 def test_the_golden_vectors_hold_in_the_runtime(lamp: Path) -> None:
     luminaire = Luminaire.open(lamp)
     for name in SIGNATURES:

@@ -102,6 +102,19 @@ def test_route_photons(run: Path, lamp: Path, tmp_path: Path) -> None:
     assert metrics["held_out_gain_nats"] > taught["held_out_gain_nats"] - 0.05
 
 
+def test_opaque_lamp_goes_without_transparency(lamp: Path, tmp_path: Path) -> None:
+    from purelight_train.pipeline import start
+
+    scene = tmp_path / "ball.xml"
+    scene.write_text(
+        '<scene version="3.0.0"><shape type="sphere"><bsdf type="diffuse"/>'
+        '<emitter type="area"><rgb name="radiance" value="1"/></emitter></shape></scene>'
+    )
+    assert start(scene, tmp_path / "ball", TINY, 0, "cpu", resume=False).transparency is None
+    glass = start(lamp, tmp_path / "glass", TINY, 0, "cpu", resume=False)
+    assert glass.throughput[-1].mean() > 0.1
+
+
 def test_fresh_records(lamp: Path, tmp_path: Path) -> None:
     """Records generated during optimisation teach the flow as well."""
     import copy
