@@ -6,6 +6,7 @@ look closer.
 
 from __future__ import annotations
 
+import itertools
 import math
 import sys
 from pathlib import Path
@@ -30,6 +31,7 @@ R = lamps.RADIUS
 RGB = (0.3, 0.6, 0.9)
 ROUGH = {"type": "roughconductor", "alpha": 0.15}
 BOTH, ACCURATE = ("accurate", "fast"), ("accurate",)
+ENGINES = ("fused", "queued")
 
 
 def grey(value: float = 0.6) -> dict[str, Any]:
@@ -252,7 +254,14 @@ QUICK = [
 
 
 def compare(
-    setting: Any, modes: tuple[str, ...], folder: Path, size: int, spp: int, tolerance: float
+    setting: Any,
+    modes: tuple[str, ...],
+    folder: Path,
+    *,
+    size: int,
+    spp: int,
+    tolerance: float,
+    engines: tuple[str, ...] = ("fused",),
 ) -> None:
     room, hangings = setting()
     film = room["sensor"]["film"] | {"width": size, "height": size}
@@ -261,9 +270,9 @@ def compare(
     sheets = any(getattr(hanging.kind, "through", None) for hanging in hangings)
     reference = {"type": "volpath" if sheets else "path", "max_depth": DEPTH}
     expected = passes(stock, reference, spp * 2, first=1000)
-    for mode in modes:
-        integrator = {"type": "purelight", "mode": mode, "max_depth": DEPTH}
-        agree(passes(ours, integrator, spp), expected, tolerance)
+    for mode, engine in itertools.product(modes, engines):
+        settings = {"mode": mode, "engine": engine, "max_depth": DEPTH}
+        agree(passes(ours, {"type": "purelight"} | settings, spp), expected, tolerance)
 
 
 def named(cases: list[Any]) -> Any:
@@ -291,7 +300,7 @@ def test_a_sky_is_shadowed_however_small_mitsuba_takes_the_scene(tmp_path: Path)
 @pytest.mark.slow
 @named(CLOSER)
 def test_closer(setting: Any, modes: tuple[str, ...], tmp_path: Path) -> None:
-    compare(setting, modes, tmp_path, size=32, spp=256, tolerance=0.01)
+    compare(setting, modes, tmp_path, size=32, spp=256, tolerance=0.01, engines=ENGINES)
 
 
 # A strip of floor from inside the bounding sphere of a panel above it to outside.

@@ -88,7 +88,13 @@ class AimedLamps:
         near = active & (numbers.near < share(place.radii(si.p)))
         choice, u = numbers.choice, numbers.u
         aim = self._by_network(place, si, u, active & ~near)
-        aim = dr.select(near, self._by_surface(place, si, choice, u, near), aim)
+        start = mi.Interaction3f(si.t, si.time, si.wavelengths, si.p, si.n)
+        aim = dr.if_stmt(  # Packets of lanes that are all far away skip it.
+            (aim, lamp, place, start, choice, u),
+            near,
+            lambda _, *arguments: self._by_surface(*arguments),
+            lambda before, *_: before,
+        )
         path.spoilt = path.spoilt + aim.spoilt
         value, pdf_bsdf = bsdf.eval_pdf(mi.BSDFContext(), si, si.to_local(aim.toward), active)
         total = path.throughput * value * aim.weight * (power(aim.pdf * chance, pdf_bsdf) / chance)
@@ -112,22 +118,23 @@ class AimedLamps:
 
     def _by_surface(
         self,
+        lamp: mi.UInt32,
         place: Place,
-        si: mi.SurfaceInteraction3f,
+        start: mi.Interaction3f,
         choice: mi.Point2f,
         u: mi.Point2f,
-        active: mi.Bool,
     ) -> Aim:
         """A point of the exit surface; its light counts if the ray meets its triangle first."""
-        drawn = self._lamps.surface.sample(place.asset, choice, u, active)
+        drawn = self._lamps.surface.sample(place.asset, choice, u, mi.Bool(True))
         target = place.point_to_world(drawn.position)
-        ray = si.spawn_ray_to(target)
+        ray = start.spawn_ray_to(target)
         offset = place.direction_to_local(mi.Vector3f(target - ray.o) / place.scale)
         pdf = self._lamps.surface.pdf_solid_angle(
-            place.asset, drawn.facet, drawn.normal, offset, active
+            place.asset, drawn.facet, drawn.normal, offset, mi.Bool(True)
         )
         weight = mi.Color3f(dr.select(pdf > 0, 1 / pdf, 0))
-        return Aim(target, ray.d, pdf, weight, drawn.facet, mi.UInt32(0))
+        facet = self._lamps.first_facet(lamp) + drawn.facet
+        return Aim(target, ray.d, pdf, weight, facet, mi.UInt32(0))
 
     def _reach(
         self, scene: mi.Scene, place: Place, ray: mi.Ray3f, active: mi.Bool

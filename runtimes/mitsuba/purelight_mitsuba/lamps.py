@@ -26,7 +26,7 @@ class Hit:
         valid: Whether they do.
         t: Distance.
         lamp: Index of the lamp.
-        facet: Index of the triangle, counted within the lamp.
+        facet: Index of the triangle among those of all lamps.
         normal: Geometric unit normal in the luminaire frame, either side.
     """
 
@@ -119,10 +119,12 @@ class Lamps:
         found = self._scene.ray_intersect_preliminary(ray, active=active)
         valid = active & found.is_valid()
         facet = dr.gather(mi.Vector4f, self._facets, found.prim_index, valid)
-        lamp = mi.UInt32(facet.w)
-        first = dr.gather(mi.UInt32, self._first, lamp, valid)
         normal = mi.Normal3f(facet.x, facet.y, facet.z)
-        return Hit(valid, found.t, lamp, found.prim_index - first, normal)
+        return Hit(valid, found.t, mi.UInt32(facet.w), found.prim_index, normal)
+
+    def first_facet(self, lamp: mi.UInt32) -> mi.UInt32:
+        """Looks up where the triangles of lamps begin among those of all."""
+        return dr.gather(mi.UInt32, self._first, lamp)
 
     def place(self, lamp: mi.UInt32, active: mi.Bool) -> Place:
         """Looks up where lamps hang."""

@@ -227,15 +227,25 @@ class Walk:
         pdf, spoilt = self._queries.pdf_solid_angle(
             place, on.origin, on.direction, compete & (near < 1)
         )
-        toward = place.direction_to_local(on.direction * (distance / place.scale))
-        pdf_surface = self._lamps.surface.pdf_solid_angle(
-            place.asset, hit.facet, hit.normal, toward, compete & (near > 0)
+        (pdf_surface,) = dr.if_stmt(
+            (place, hit, on.direction * (distance / place.scale)),
+            compete & (near > 0),
+            lambda *arguments: (self._pdf_surface(*arguments),),
+            lambda *_: (mi.Float(0),),
         )
         chance = self._lamps.probability(hit.lamp, compete)
         part = dr.lerp(
             power(vertex.pdf, pdf * chance), power(vertex.pdf, pdf_surface * chance), near
         )
         return dr.select(compete, part, 1), spoilt
+
+    def _pdf_surface(self, place: Place, hit: Hit, toward: mi.Vector3f) -> mi.Float:
+        """The density of the surface sampler for where a lamp was met."""
+        facet = hit.facet - self._lamps.first_facet(hit.lamp)
+        local = place.direction_to_local(toward)
+        return self._lamps.surface.pdf_solid_angle(
+            place.asset, facet, hit.normal, local, mi.Bool(True)
+        )
 
 
 def power(a: mi.Float, b: mi.Float) -> mi.Float:
