@@ -29,6 +29,7 @@ class Description:
         exit_area: area of the exit surface in m².
         paths: emitted paths the flux was measured with.
         r_max: farthest training point, in radii.
+        dropped: paths left out because a value was not finite.
     """
 
     sphere: BoundingSphere
@@ -39,6 +40,7 @@ class Description:
     exit_area: float
     paths: int
     r_max: float = R_MAX
+    dropped: int = 0
 
     @staticmethod
     def of(records: ExitRecords, surface: ExitSurface) -> Description:
@@ -54,6 +56,7 @@ class Description:
             channels=records.channels,
             exit_area=surface.area,
             paths=records.paths,
+            dropped=records.dropped,
         )
 
     @property

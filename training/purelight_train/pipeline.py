@@ -132,6 +132,7 @@ class Training:
         return {
             "flux": list(self.lamp.description.flux),
             "flux_error": list(self.lamp.description.flux_error),
+            "dropped": self.lamp.description.dropped,
             "flux_gain": self.student.gain.tolist(),
             **fidelity(radiance, self.lamp.surface, self.lamp.held_out, self.stages.rng("metrics")),
             **self.stages.metrics(),
