@@ -27,11 +27,18 @@ Value = Tensor | Vector
 
 @dataclass(frozen=True)
 class Step:
-    """One node: what to call with the values of its inputs, and the names of its outputs."""
+    """One node: what to call with the values of its operands, and the names of its outputs.
 
-    function: Callable[..., Any]
+    Arguments:
+        inputs: All that the node names; `operands` leaves out what is part of the function.
+    """
+
+    op: str
+    attributes: dict[str, Any]
     inputs: tuple[str, ...]
     outputs: tuple[str, ...]
+    function: Callable[..., Any]
+    operands: tuple[str, ...]
 
 
 class FusedNetwork:
@@ -51,11 +58,10 @@ class FusedNetwork:
     def __init__(self, model: bytes, *, name: str = "network") -> None:
         self.name = name
         graph = _parse(model, name).graph
-        constants = {t.name: numpy_helper.to_array(t) for t in graph.initializer}
-        self._constants = constants
+        self.constants = {t.name: numpy_helper.to_array(t) for t in graph.initializer}
         self._inputs = [value.name for value in graph.input]
-        self._outputs = [value.name for value in graph.output]
-        self._steps = [self._step(node) for node in graph.node]
+        self.outputs = [value.name for value in graph.output]
+        self.steps = [self._step(node) for node in graph.node]
 
     def __call__(self, *inputs: Any) -> list[np.ndarray]:
         """Traces the network.
@@ -66,29 +72,54 @@ class FusedNetwork:
         Returns:
             One object array of `mi.Float` per output: shape [D] for [N, D], [] for [N].
         """
-        columns = (row([value[i] for i in range(len(value))]) for value in inputs)
-        values: dict[str, Value] = dict(zip(self._inputs, columns, strict=True))
-        for step in self._steps:
-            arguments = [values.get(name, self._constants.get(name)) for name in step.inputs]
-            result = step.function(*arguments)
-            results = result if isinstance(result, list) else [result]
-            values.update(zip(step.outputs, results, strict=True))
-        return [_columns(values[name]) for name in self._outputs]
+        evaluate = self.partly(*inputs)
+        return [columns(evaluate(name)) for name in self.outputs]
+
+    def partly(self, *inputs: Any) -> Callable[[str], Value]:
+        """Returns what evaluates single tensors, and nothing twice."""
+        parts = (row([value[i] for i in range(len(value))]) for value in inputs)
+        values: dict[str, Value] = dict(zip(self._inputs, parts, strict=True))
+
+        def evaluate(name: str) -> Value:
+            for step in self._before(name) if name not in values else ():
+                if step.outputs[0] not in values:
+                    self._run(step, values)
+            return values[name]
+
+        return evaluate
+
+    def _run(self, step: Step, values: dict[str, Value]) -> None:
+        operands = [values.get(name, self.constants.get(name)) for name in step.operands]
+        result = step.function(*operands)
+        results = result if isinstance(result, list) else [result]
+        values.update(zip(step.outputs, results, strict=True))
+
+    def _before(self, name: str) -> list[Step]:
+        """The steps that a tensor depends on, in order."""
+        needed, chosen = {name}, []
+        for step in reversed(self.steps):
+            if needed.intersection(step.outputs):
+                needed.update(step.operands)
+                chosen.append(step)
+        return chosen[::-1]
 
     def _step(self, node: onnx.NodeProto) -> Step:
         attributes = {a.name: onnx.helper.get_attribute_value(a) for a in node.attribute}
-        constants = [self._constants.get(name) for name in node.input]
-        inputs = tuple(node.input)
+        constants = [self.constants.get(name) for name in node.input]
+        operands = tuple(node.input)
         function: Callable[..., Any]
         if node.op_type in ("Gemm", "MatMul"):
-            function, inputs = _dense(node.op_type, constants, attributes, self.name), inputs[:1]
+            weight, bias = _affine(node.op_type, constants, attributes, self.name)
+            function = (Literal if weight.shape[1] <= LITERAL_INPUTS else Dense)(weight, bias)
+            operands = operands[:1]
         elif node.op_type == "Gather" and constants[0] is not None:
-            function, inputs = Table(constants[0], **attributes), inputs[1:]
+            function, operands = Table(constants[0], **attributes), operands[1:]
         elif node.op_type in OPERATORS:
             function = _scalar(node.op_type, attributes)
         else:
             raise PureLightError(f"{self.name}: operator {node.op_type} is not of the profile")
-        return Step(function, inputs, tuple(node.output))
+        inputs, outputs = tuple(node.input), tuple(node.output)
+        return Step(node.op_type, attributes, inputs, outputs, function, operands)
 
 
 def _parse(model: bytes, name: str) -> onnx.ModelProto:
@@ -98,7 +129,8 @@ def _parse(model: bytes, name: str) -> onnx.ModelProto:
         raise PureLightError(f"{name}: not an ONNX model ({error})") from error
 
 
-def _columns(value: Value) -> Tensor:
+def columns(value: Value) -> Tensor:
+    """Returns a tensor as scalars, whether it is one already or a cooperative vector."""
     return value if isinstance(value, np.ndarray) else row([mi.Float(x) for x in value])
 
 
@@ -112,7 +144,7 @@ def _scalar(op: str, attributes: dict[str, Any]) -> Callable[..., Any]:
                 return dr.maximum(values[0], 0)
             if op == "Add":
                 return values[0] + values[1]
-        return operator(*(None if value is None else _columns(value) for value in values))
+        return operator(*(None if value is None else columns(value) for value in values))
 
     return function
 
@@ -150,8 +182,8 @@ class Literal:
         self._rows = list(zip(weight.tolist(), bias.tolist(), strict=True))
 
     def __call__(self, x: Value) -> Tensor:
-        columns = _columns(x)
-        return row([self._output(weights, bias, columns) for weights, bias in self._rows])
+        scalars = columns(x)
+        return row([self._output(weights, bias, scalars) for weights, bias in self._rows])
 
     @staticmethod
     def _output(weights: Sequence[float], bias: float, x: Tensor) -> Any:
@@ -162,9 +194,15 @@ class Literal:
         return total
 
 
-def _dense(
+def affine(step: Step, network: FusedNetwork) -> tuple[np.ndarray, np.ndarray]:
+    """Returns weight [out, in] and bias [out] of a dense layer."""
+    constants = [network.constants.get(name) for name in step.inputs]
+    return _affine(step.op, constants, step.attributes, network.name)
+
+
+def _affine(
     op: str, constants: Sequence[np.ndarray | None], attributes: dict[str, Any], name: str
-) -> Dense | Literal:
+) -> tuple[np.ndarray, np.ndarray]:
     matrix = constants[1]
     if matrix is None or matrix.ndim != 2 or attributes.get("transA"):
         raise PureLightError(f"{name}: {op} needs a constant matrix on its right")
@@ -173,7 +211,7 @@ def _dense(
     offset = constants[2] if len(constants) > 2 and constants[2] is not None else np.zeros(1)
     beta = np.float32(attributes.get("beta", 1))
     bias = np.broadcast_to(offset.reshape(-1) * beta, len(weight)).astype(np.float32)
-    return (Literal if weight.shape[1] <= LITERAL_INPUTS else Dense)(weight, bias)
+    return weight, bias
 
 
 class Table:
@@ -189,9 +227,9 @@ class Table:
         dr.eval(self._entries)
 
     def __call__(self, index: Value) -> Tensor:
-        parts = [self._entry(element) for element in _columns(index).reshape(-1)]
+        parts = [self._entry(element) for element in columns(index).reshape(-1)]
         flat = row([value for part in parts for value in part])
-        return flat.reshape(*_columns(index).shape, *self._shape)
+        return flat.reshape(*columns(index).shape, *self._shape)
 
     def _entry(self, index: Any) -> list[Any]:
         """The values of one row of the table, gathered together."""

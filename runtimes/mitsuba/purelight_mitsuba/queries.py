@@ -11,7 +11,7 @@ import mitsuba as mi
 from purelight_mitsuba.cap import Cap, cap
 from purelight_mitsuba.lamps import Hit, Lamps, Place
 from purelight_mitsuba.luminaire import Luminaire
-from purelight_mitsuba.radiance_map import RadianceMap
+from purelight_mitsuba.radiance_map import draw
 
 Answer = tuple[Any, Any, Any, Any]  # Direction, density, weight, spoilt answers.
 
@@ -32,6 +32,8 @@ class Queries:
         for luminaire in self._luminaires:
             for name in self._names(luminaire):
                 luminaire.network(name)
+            if fast:
+                luminaire.radiance_map()
 
     def _names(self, luminaire: Luminaire) -> list[str]:
         """The networks that are used, so that they are on the device before tracing."""
@@ -118,8 +120,7 @@ class Queries:
     def _from_map(luminaire: Luminaire, point: mi.Point3f, u: mi.Point2f) -> Answer:
         view = _cap(luminaire, point)
         pdf = view.pdf_solid_angle()
-        (cells,) = luminaire.network("fast_map")(point)
-        square, weight = RadianceMap(cells).sample(u)
+        square, weight = draw(luminaire.radiance_map()(point), u)
         weight, spoilt = finite(dr.select(view.outside, weight / pdf, 0))
         return view.direction(square), pdf, weight, spoilt
 

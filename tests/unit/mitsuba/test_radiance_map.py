@@ -1,52 +1,75 @@
-"""Drawing from a radiance map: right in the mean, and proportional to luminance."""
+"""Drawing from a radiance map: right in the mean, and the likelier the brighter."""
 
 from __future__ import annotations
 
+import drjit as dr
 import mitsuba as mi
 import numpy as np
 import pytest
 
-from purelight_mitsuba.radiance_map import RadianceMap
-
-SIZE = 4
+from purelight_mitsuba.radiance_map import SIDE, RadianceMap, draw, lattice
 
 
-def draw(cells: np.ndarray, count: int = 1 << 16) -> tuple[np.ndarray, np.ndarray]:
-    table = np.empty(cells.shape, object)
-    for index in np.ndindex(cells.shape):
-        table[index] = mi.Float(float(cells[index]))
+def drawn(cells: np.ndarray, count: int = 1 << 18) -> tuple[np.ndarray, np.ndarray]:
+    table = mi.Float(cells.astype(np.float32).ravel())
     u = np.random.default_rng(0).random((2, count)).astype(np.float32)
-    point, weight = RadianceMap(table).sample(mi.Point2f(u))
+    point, weight = draw(lambda cell: dr.gather(mi.Color3f, table, cell), mi.Point2f(u))
     return np.array(point).T, np.broadcast_to(np.array(weight).T, (count, 3))
 
 
-def test_weights_average_to_the_mean_radiance_and_cells_follow_luminance() -> None:
-    cells = np.random.default_rng(1).exponential(size=(SIZE, SIZE, 3))
-    cells[1, 2] = 0
-    point, weight = draw(cells)
-    np.testing.assert_allclose(weight.mean(0), cells.mean((0, 1)), rtol=0.02)
-    column, line = (point * SIZE).astype(int).T
-    counts = np.zeros((SIZE, SIZE))
-    np.add.at(counts, (line, column), 1)
-    luminance = cells @ [0.212671, 0.715160, 0.072169]
-    expected = luminance / luminance.sum() * len(point)
-    assert counts[1, 2] == 0
-    lit = expected > 0
-    assert (np.abs(counts - expected)[lit] < 5 * np.sqrt(expected[lit])).all()
-    inner = np.modf(point * SIZE)[0]
+def cell_of(point: np.ndarray) -> np.ndarray:
+    return (point * SIDE).astype(int) @ [1, SIDE]
+
+
+def test_weights_average_to_the_radiance_of_each_cell() -> None:
+    cells = np.random.default_rng(1).exponential(size=(SIDE * SIDE, 3))
+    cells[6] = 0
+    point, weight = drawn(cells)
+    cell = cell_of(point)
+    assert not (cell == 6).any()
+    for index, radiance in enumerate(cells):
+        mean = np.where((cell == index)[:, None], weight, 0).mean(0) * len(cells)
+        count = max((cell == index).sum(), 1)
+        np.testing.assert_allclose(mean, radiance, rtol=5 / np.sqrt(count))
+    inner = np.modf(point * SIDE)[0]
     np.testing.assert_allclose(inner.mean(0), 0.5, atol=0.01)
 
 
-@pytest.mark.parametrize("cell", [(0, 0), (3, 3), (2, 1)])
-def test_a_single_lit_cell_is_always_drawn(cell: tuple[int, int]) -> None:
-    cells = np.zeros((SIZE, SIZE, 3))
+def test_candidates_are_drawn_by_their_luminance() -> None:
+    cells = np.random.default_rng(1).exponential(size=(SIDE * SIDE, 3))
+    point, _ = drawn(cells)
+    luminance = cells @ [0.2126, 0.7152, 0.0722]
+    together = np.array(mi.ArrayXu(lattice(mi.UInt32(np.arange(SIDE)))))
+    share = np.zeros(SIDE * SIDE)
+    share[together] = luminance[together] / luminance[together].sum(0) / SIDE
+    assert (np.sort(together, None) == np.arange(SIDE * SIDE)).all()
+    counts = np.bincount(cell_of(point), minlength=SIDE * SIDE)
+    expected = share * len(point)
+    assert (np.abs(counts - expected) < 5 * np.sqrt(expected)).all()
+
+
+@pytest.mark.parametrize("cell", [0, 255, 100])
+def test_a_single_lit_cell_is_always_drawn_among_its_candidates(cell: int) -> None:
+    cells = np.zeros((SIDE * SIDE, 3))
     cells[cell] = 1, 2, 3
-    point, weight = draw(cells, 1000)
-    assert (np.floor(point * SIZE).astype(int) == cell[::-1]).all()
-    np.testing.assert_allclose(weight, np.array([[1, 2, 3]]) / SIZE**2 + 0 * weight, rtol=1e-5)
+    point, weight = drawn(cells, 10_000)
+    lit = weight[:, 0] > 0
+    assert lit.mean() == pytest.approx(1 / SIDE, abs=0.02)
+    assert (cell_of(point[lit]) == cell).all()
+    np.testing.assert_allclose(weight[lit], np.array([[1, 2, 3]]) / SIDE + 0 * weight[lit])
 
 
 def test_a_dark_map_gives_nothing() -> None:
-    point, weight = draw(np.zeros((SIZE, SIZE, 3)), 100)
+    point, weight = drawn(np.zeros((SIDE * SIDE, 3)), 100)
     assert (weight == 0).all()
     assert np.isfinite(point).all()
+
+
+def test_cells_are_those_of_the_whole_map() -> None:
+    from analytic_lamps import fast_map  # Needs Mitsuba's variant.
+
+    from purelight_mitsuba.fused import FusedNetwork
+
+    network = FusedNetwork(fast_map((3.0, 2.0, 1.0)))
+    look = RadianceMap(network)(mi.Point3f(1, 2, 3))
+    np.testing.assert_allclose(np.array(look(mi.UInt32([0, 17, 255]))), [[3] * 3, [2] * 3, [1] * 3])
