@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 
+from purelight_format.errors import PureLightError
 from purelight_format.geometry import BoundingSphere
 
 Float = NDArray[np.float32]
@@ -202,9 +203,13 @@ def visible_part(
 ) -> ExitSurface:
     """Keep the triangles that rays from outside meet first, and their neighbours.
 
+    Triangles without area and copies of others (same corners, either way round) are left out: a
+    viewer meets one of the copies, but the light would be spread over all of them.
+
     Neighbours (triangles that share a vertex with a seen one) close the pinholes that a finite
     number of rays leaves.
     """
+    triangles = _proper(positions, triangles)
     whole = ExitSurface(positions, triangles, np.zeros(len(triangles), bool))
     origin, direction = inward_rays(whole.sphere, rays, rng, cosine=True)
     hits = whole.intersect(origin, direction)
@@ -223,3 +228,20 @@ def visible_part(
     two_sided = np.minimum(front, back) > 0.02 * (front + back)
     used, compact = np.unique(facing_out[keep], return_inverse=True)
     return ExitSurface(positions[used], compact.reshape(-1, 3).astype(np.uint32), two_sided[keep])
+
+
+def _proper(positions: Float, triangles: NDArray[np.uint32]) -> NDArray[np.uint32]:
+    """The triangles that have an area, each once.
+
+    Raises:
+        PureLightError: there are none.
+    """
+    a, b, c = positions.astype(np.float64)[triangles.T]
+    area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    edge = np.maximum(((b - a) ** 2).sum(1), ((c - a) ** 2).sum(1))
+    solid = triangles[area > 1e-9 * edge]
+    if not len(solid):
+        raise PureLightError("the lamp's shapes have no area; give it a surface to be seen")
+    _, corner = np.unique(positions, axis=0, return_inverse=True)
+    _, first = np.unique(np.sort(corner.reshape(-1)[solid], 1), axis=0, return_index=True)
+    return solid[np.sort(first)]

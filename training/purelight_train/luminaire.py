@@ -8,15 +8,17 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import drjit as dr
 import mitsuba as mi
 import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
 from purelight_format.errors import PureLightError
-from purelight_train.exit_surface import ExitSurface, visible_part
+from purelight_train.exit_surface import ExitSurface, inward_rays, visible_part
 
 VISIBILITY_RAYS = 1 << 21
+LEAST_SEEN = 50  # rays, to judge a shape by
 
 
 @dataclass(frozen=True)
@@ -42,6 +44,7 @@ def load_luminaire(path: str | Path, seed: int = 0) -> Luminaire:
     positions, triangles = _triangles(scene)
     rng = np.random.default_rng([seed, 1])
     surface = visible_part(positions, triangles, VISIBILITY_RAYS, rng)
+    _check_glass(scene, surface)
     return Luminaire(path, scene, surface, scene_digest(path))
 
 
@@ -83,6 +86,32 @@ def _check_emitters(path: Path, scene: Any) -> None:
             warnings.warn(
                 f"emitter mesh '{shape.id()}' has smooth normals, which biases its emission; "
                 "set face_normals to true",
+                stacklevel=3,
+            )
+
+
+def _check_glass(scene: Any, surface: ExitSurface) -> None:
+    """Warn of glass that shows its back to the outside, where it should begin."""
+    shapes = scene.shapes_dr()
+    glass = [
+        mi.has_flag(s.bsdf().flags(), mi.BSDFFlags.Transmission)
+        and mi.has_flag(s.bsdf().flags(), mi.BSDFFlags.NonSymmetric)
+        for s in shapes
+    ]
+    if not any(glass):
+        return
+    origin, direction = inward_rays(surface.sphere, 1 << 14, np.random.default_rng(0), cosine=True)
+    si = scene.ray_intersect(mi.Ray3f(mi.Point3f(origin.T), mi.Vector3f(direction.T)))
+    index = np.array(dr.reinterpret_array(mi.UInt32, si.shape))
+    outward = np.array(mi.Frame3f.cos_theta(si.wi)) > 0
+    for shape, key, is_glass in zip(
+        shapes, np.array(dr.reinterpret_array(mi.UInt32, shapes)), glass, strict=True
+    ):
+        seen = outward[index == key]
+        if is_glass and len(seen) > LEAST_SEEN and seen.mean() < 0.1:
+            warnings.warn(
+                f"glass '{shape.id()}' is inside out as seen from outside; turn its faces "
+                "(flip_normals), or its light is refracted wrongly",
                 stacklevel=3,
             )
 

@@ -19,6 +19,8 @@ from purelight_train.run_directory import RunDirectory
 
 WARM_UP = 50
 GRADIENT_NORM = 10.0
+LONG, SPIKE = 5.0, 50.0  # times the running mean: gradients clipped, and gradients skipped
+MEMORY = 0.98  # of the running mean
 CHECKPOINT_SECONDS = 20.0
 
 
@@ -30,14 +32,46 @@ class Progress(Protocol):
 
 @dataclass
 class Trace:
-    """Losses, one mean per hundredth of the run, and steps skipped for non-finite gradients."""
+    """Losses, one mean per hundredth of the run, and steps skipped for non-finite gradients.
+
+    `spikes` counts the steps skipped because their gradient was far too long (`UsualNorm`).
+    """
 
     losses: list[float] = field(default_factory=list)
     skipped: int = 0
+    spikes: int = 0
 
     def to_dict(self) -> dict[str, Any]:
         """A JSON-ready form."""
         return asdict(self)
+
+
+class UsualNorm:
+    """Tells gradients that are far longer than those before them, clips long ones.
+
+    A fixed limit lets through spikes a thousand times the usual length. Adam then steps in the
+    spike's direction, and hardly moves for the hundred steps in which its second moment forgets.
+
+    Nothing is judged before `WARM_UP` gradients have been seen.
+
+    Attributes:
+        mean: running geometric mean of the norms.
+        seen: how many went into it.
+    """
+
+    def __init__(self) -> None:
+        self.mean, self.seen = 1.0, 0
+
+    def clip(self, parameters: Sequence[Tensor]) -> tuple[float, bool]:
+        """Clip the parameters' gradients; returns their norm before and whether it is a spike."""
+        usual = self.mean if self.seen >= WARM_UP else math.inf
+        limit = min(GRADIENT_NORM, LONG * usual)
+        norm = float(nn.utils.clip_grad_norm_(parameters, limit))
+        if math.isfinite(norm) and norm > 0:
+            memory = min(MEMORY, self.seen / (self.seen + 1))
+            self.mean = self.mean**memory * min(norm, limit) ** (1 - memory)
+            self.seen += 1
+        return norm, norm > SPIKE * usual
 
 
 def learning_rate(step: int, settings: Optimisation) -> float:
@@ -58,7 +92,8 @@ def optimise(
     """Minimise `loss` over the module's parameters.
 
     Each step draws its batch from a generator seeded by (seed, step), so a resumed run sees the
-    batches it would have seen. A step whose loss or gradient is not finite is skipped and counted.
+    batches it would have seen. A step whose loss or gradient is not finite, or whose gradient
+    is far longer than usual, is skipped and counted.
 
     Arguments:
         loss: takes the step's random generator and returns a scalar.
@@ -66,7 +101,8 @@ def optimise(
     """
     parameters = [p for p in module.parameters() if p.requires_grad]
     adam = torch.optim.Adam(parameters, betas=(0.9, 0.99), eps=1e-12, fused=True)
-    first = _restore(checkpoint, module, adam, parameters)
+    usual = UsualNorm()
+    first = _restore(checkpoint, module, adam, parameters, usual)
     trace, recent, saved = Trace(), [], time.monotonic()
     for step in range(first, settings.steps):
         for group in adam.param_groups:
@@ -75,18 +111,20 @@ def optimise(
         value = loss(np.random.default_rng([seed, step]))
         adam.zero_grad(set_to_none=True)
         value.backward()
-        norm = nn.utils.clip_grad_norm_(parameters, GRADIENT_NORM)
-        if torch.isfinite(norm) and torch.isfinite(value):
-            adam.step()
-        else:
+        norm, spike = usual.clip(parameters)
+        if not (math.isfinite(norm) and torch.isfinite(value)):
             trace.skipped += 1
-        recent.append(float(value.detach()))
-        if len(recent) >= max(1, settings.steps // 100):
+        elif spike:
+            trace.spikes += 1
+        else:
+            adam.step()
+            recent.append(float(value.detach()))
+        if (step + 1) % max(1, settings.steps // 100) == 0 and recent:
             trace.losses.append(float(np.mean(recent)))
             recent.clear()
             progress(step + 1, trace.losses[-1])
         if time.monotonic() - saved > CHECKPOINT_SECONDS:
-            _store(checkpoint, module, adam, parameters, step + 1)
+            _store(checkpoint, module, adam, parameters, usual, step + 1)
             saved = time.monotonic()
     checkpoint.unlink(missing_ok=True)
     module.eval()
@@ -94,17 +132,27 @@ def optimise(
 
 
 def _store(
-    path: Path, module: nn.Module, adam: torch.optim.Adam, parameters: Sequence[Tensor], step: int
+    path: Path,
+    module: nn.Module,
+    adam: torch.optim.Adam,
+    parameters: Sequence[Tensor],
+    usual: UsualNorm,
+    step: int,
 ) -> None:
     tensors = {f"module.{k}": v for k, v in module.state_dict().items()}
     for i, parameter in enumerate(parameters):
         tensors |= {f"adam.{i}.{k}": v for k, v in adam.state[parameter].items()}
-    tensors["step"] = torch.tensor(step)
+    norm = torch.tensor((usual.mean, usual.seen), dtype=torch.float64)
+    tensors |= {"step": torch.tensor(step), "norm": norm}
     RunDirectory.save_tensors(path, tensors)
 
 
 def _restore(
-    path: Path, module: nn.Module, adam: torch.optim.Adam, parameters: Sequence[Tensor]
+    path: Path,
+    module: nn.Module,
+    adam: torch.optim.Adam,
+    parameters: Sequence[Tensor],
+    usual: UsualNorm,
 ) -> int:
     if not path.is_file():
         return 0
@@ -119,4 +167,5 @@ def _restore(
             for k in ("step", "exp_avg", "exp_avg_sq")
             if f"adam.{i}.{k}" in tensors
         }
+    usual.mean, usual.seen = float(tensors["norm"][0]), int(tensors["norm"][1])
     return int(tensors["step"])
