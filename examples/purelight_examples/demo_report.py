@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 import OpenEXR
 
 from purelight_examples.rendering import Image, errors
-from purelight_examples.report import Grade, Row, Shot, Table, Wipe, heat, write_page
 from purelight_examples.stages import Record, duration
 from purelight_format import atomic
-from purelight_format.color import LUMINANCE
 from purelight_format.manifest import Manifest
 from purelight_onnx.picture import png
+from purelight_train.report.grading import Grade, exposure, heat, white_balance
+from purelight_train.report.page import Row, Shot, Table, Wipe, write_page
 
 METHODS = {
     "path": "Path tracing, same time",
@@ -59,21 +58,6 @@ def read_exr(path: Path) -> Image:
     """A picture [H, W, 3]."""
     with OpenEXR.File(str(path)) as file:
         return np.asarray(file.channels()["RGB"].pixels, dtype=np.float64)
-
-
-def white_balance(flux: Sequence[float], strength: float = 0.7) -> tuple[float, float, float]:
-    """Gains that move the lamp's colour most of the way to white, at equal luminance."""
-    present = np.maximum(np.asarray(flux, np.float64), 1e-3 * max(flux))
-    gains = present**-strength
-    gains *= (LUMINANCE @ present) / (LUMINANCE @ (gains * present))
-    r, g, b = gains.tolist()
-    return r, g, b
-
-
-def exposure(image: Image, percentile: float) -> float:
-    """Stops that bring a percentile of the luminance to white."""
-    level = float(np.percentile(image @ LUMINANCE, percentile))
-    return -float(np.log2(level)) if level > 0 else 0.0
 
 
 def _lead(done: dict[str, Record], manifest: Manifest) -> str:

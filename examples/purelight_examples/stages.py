@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from purelight_format import atomic
+from purelight_train.progress import duration
 
 Figures = dict[str, Any]
 PRIOR = 60.0  # Seconds of trust in what stages are expected to take
@@ -104,10 +105,3 @@ def input_digest(before: str, stage: Stage) -> str:
 def stamp_path(folder: Path, stage: Stage) -> Path:
     """Where the stage's stamp is."""
     return folder / ".stages" / f"{stage.name}.json"
-
-
-def duration(seconds: float) -> str:
-    """Seconds as people say them."""
-    if seconds < 90:
-        return f"{seconds:.0f} s"
-    return f"{seconds / 60:.1f} min"

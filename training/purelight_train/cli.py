@@ -23,6 +23,8 @@ def _parser() -> argparse.ArgumentParser:
                         help="encode where a ray passes the lamp's centre: sharper through glass; "
                         "on for --route photons")  # fmt: skip
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--report", action=argparse.BooleanOptionalAction, default=True,
+                        help="write report.html into the run directory")  # fmt: skip
     parser.add_argument("--resume", action="store_true", help="continue an interrupted run")
     parser.add_argument("--device", choices=("auto", "cpu", "cuda"), default="auto")
     parser.add_argument("--threads", type=int, default=os.cpu_count(), help="CPU threads")
@@ -58,6 +60,10 @@ def _train(arguments: argparse.Namespace) -> int:
         resume=arguments.resume, route=arguments.route, anchor=anchor,
     )  # fmt: skip
     metrics = training()
+    if arguments.report:
+        from purelight_train.report.training import write_report
+
+        write_report(training)
     flux = ", ".join(f"{f:.4g}" for f in metrics["flux"])
     print(f"{arguments.output}: flux {flux} W; held-out gain "
           f"{metrics['held_out_gain_nats']:.3f} nats; next: purelight-export {arguments.output} "

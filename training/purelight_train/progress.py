@@ -10,6 +10,15 @@ from typing import Any
 from tqdm import tqdm
 
 
+def duration(seconds: float) -> str:
+    """Seconds as people say them."""
+    if seconds < 90:
+        return f"{seconds:.0f} s"
+    if seconds < 5400:
+        return f"{seconds / 60:.1f} min"
+    return f"{seconds / 3600:.1f} h"
+
+
 class Bar:
     """A bar on stderr with time left, called with the amount done so far.
 

@@ -12,12 +12,13 @@ import pytest
 from PIL import Image as Pillow
 
 from purelight_examples import demo_report
-from purelight_examples.report import Grade, Row, Shot, Table, heat, write_page
 from purelight_examples.stages import Record
 from purelight_format.color import LUMINANCE
 from purelight_format.geometry import BoundingSphere
 from purelight_format.manifest import Manifest, NetworkInfo
 from purelight_onnx.picture import write_exr
+from purelight_train.report.grading import Grade, heat, white_balance
+from purelight_train.report.page import Row, Shot, Table, write_page
 
 FLUX = (3.0, 1.2, 0.3)
 
@@ -73,14 +74,14 @@ def test_page_escapes_what_it_is_given(tmp_path: Path) -> None:
 
 
 def test_white_balance_keeps_luminance_and_makes_the_lamp_whiter() -> None:
-    gains = np.array(demo_report.white_balance(FLUX))
+    gains = np.array(white_balance(FLUX))
     balanced = gains * FLUX
     assert LUMINANCE @ balanced == pytest.approx(LUMINANCE @ FLUX)
     assert balanced.max() / balanced.min() < max(FLUX) / min(FLUX)
 
 
 def test_white_balance_of_a_red_lamp_is_finite() -> None:
-    assert np.isfinite(demo_report.white_balance((1.0, 0.0, 0.0))).all()
+    assert np.isfinite(white_balance((1.0, 0.0, 0.0))).all()
 
 
 def test_heat_is_black_where_there_is_no_error_and_white_at_the_top() -> None:

@@ -28,7 +28,7 @@ from purelight_train.truth.picture import Passes, Picture
 from purelight_train.truth.thin_lens import ThinLens
 
 BATCH = 1 << 19
-CANDIDATES = 10
+CANDIDATES = 4
 STAY = 0.9
 
 
@@ -43,7 +43,7 @@ def light_traced(
 
     Arguments:
         scene: that holds only the lamp.
-        paths: number of emitted paths, rounded up to an even number of batches.
+        paths: number of emitted paths, rounded up to an even number of batches of equal size.
         progress: called with the paths done so far.
 
     Returns:
@@ -51,14 +51,16 @@ def light_traced(
     """
     lamp = Lamp(scene)
     passes = [Passes() for _ in lenses]
-    for batch in range(2 * -(-paths // (2 * BATCH))):
+    batches = 2 * -(-paths // (2 * BATCH))
+    size = -(-paths // batches)
+    for batch in range(batches):
         films = [LensFilm(lens) for lens in lenses]
         sampler = mi.load_dict({"type": "independent"})
-        sampler.seed((seed * 65_537 + batch) & 0xFFFFFFFF, BATCH)
+        sampler.seed((seed * 65_537 + batch) & 0xFFFFFFFF, size)
         _Exposure(lamp, films).expose(sampler)
         for film, sums in zip(films, passes, strict=True):
-            sums.add(film.take(BATCH))
-        progress((batch + 1) * BATCH)
+            sums.add(film.take(size))
+        progress((batch + 1) * size)
     return [p.picture() for p in passes]
 
 

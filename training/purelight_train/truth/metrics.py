@@ -53,20 +53,28 @@ class Comparison:
     mask: Mask
 
     def to_dict(self) -> dict[str, float]:
-        """All figures, JSON-ready; `mean` is the relative error of the mean radiance."""
+        """All figures, JSON-ready."""
+        return {**self.errors(), **self.noise()}
+
+    def errors(self) -> dict[str, float]:
+        """Figures of the picture; `mean` is the relative error of the mean radiance."""
         image, reference, mask = self.picture.image, self.reference.image, self.mask
-        own = (*self.reference.halves, mask)
-        flip, own_flip = self.hdr_flip()
         return {
             "mape": mape(image, reference, mask),
             "mape_without_noise": self.mape_without_noise(),
-            "mape_of_reference": mape(*own) / 2,
             "relative_mse": relative_mse(image, reference, mask),
             "relative_mse_without_noise": self.relative_mse_without_noise(),
-            "relative_mse_of_reference": relative_mse(*own) / 4,
-            "hdr_flip": flip,
-            "hdr_flip_of_reference": own_flip,
+            "hdr_flip": hdr_flip(image, reference, mask),
             "mean": float(image[mask].mean() / reference[mask].mean() - 1),
+        }
+
+    def noise(self) -> dict[str, float]:
+        """Figures of the reference itself, `..._of_reference`."""
+        halves = self.reference.halves
+        return {
+            "mape_of_reference": mape(*halves, self.mask) / 2,
+            "relative_mse_of_reference": relative_mse(*halves, self.mask) / 4,
+            "hdr_flip_of_reference": hdr_flip(*halves, self.mask),
         }
 
     def relative_mse_without_noise(self) -> float:
@@ -85,14 +93,6 @@ class Comparison:
         part = np.clip(_tiles(self._square() * scale**2), 0, whole)
         share = np.divide(part, whole, out=np.zeros_like(whole), where=whole > 0)
         return float((_tiles(error) * np.sqrt(share)).sum() / (3 * self.mask.sum()))
-
-    def hdr_flip(self) -> tuple[float, float]:
-        """HDR-FLIP of the picture, and of the reference's two halves against each other."""
-        halves = self.reference.halves
-        return (
-            hdr_flip(self.picture.image, self.reference.image, self.mask),
-            hdr_flip(halves[0], halves[1], self.mask),
-        )
 
     def _square(self) -> Image:
         """Unbiased square of the true difference: [H, W, 3], may be negative."""

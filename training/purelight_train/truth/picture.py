@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +29,19 @@ class Picture:
     def exact(image: Image) -> Picture:
         """A picture without noise."""
         return Picture(image, (image, image), np.zeros_like(image))
+
+    def blocks(self, side: int) -> Picture:
+        """Means over squares of pixels, with less noise; sizes must be multiples of `side`."""
+        first, second = (means(half, side) for half in self.halves)
+        error = np.sqrt(means(self.error**2, side)) / side
+        return Picture(means(self.image, side), (first, second), error)
+
+
+def means(image: NDArray[Any], side: int) -> Image:
+    """Means over squares of pixels of [H, W, ...]."""
+    height, width = (length // side for length in image.shape[:2])
+    result: Image = image.reshape(height, side, width, side, *image.shape[2:]).mean((1, 3))
+    return result
 
 
 @dataclass

@@ -2,33 +2,14 @@
 
 from __future__ import annotations
 
-import base64
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from html import escape
 from pathlib import Path
 from string import Template
 
-import numpy as np
-from numpy.typing import NDArray
-
 from purelight_format import atomic
-from purelight_onnx.picture import png
-
-Image = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Grade:
-    """How radiance becomes a picture: gains per channel, then stops of exposure."""
-
-    gains: tuple[float, float, float]
-    stops: float
-
-    def uri(self, image: Image) -> str:
-        """The graded picture as a `data:` address."""
-        encoded = png(image * np.asarray(self.gains), self.stops)
-        return "data:image/png;base64," + base64.b64encode(encoded).decode()
 
 
 @dataclass(frozen=True)
@@ -109,19 +90,65 @@ class Table:
         )
 
 
-def write_page(path: Path, title: str, lead: str, sections: Sequence[Row | Wipe | Table]) -> None:
-    """Write the page crash-safely."""
-    template = Path(__file__).with_name("report.html.template").read_text(encoding="utf-8")
+@dataclass(frozen=True)
+class Warnings:
+    """What the reader should know before anything else; nothing if there is nothing."""
+
+    texts: Sequence[str]
+
+    def html(self) -> str:
+        """The texts as marked paragraphs."""
+        return "".join(f'<p class="warning">{escape(text)}</p>' for text in self.texts)
+
+
+@dataclass(frozen=True)
+class Curves:
+    """Curves over their common abscissa from 0 to 1, each with its own range, side by side.
+
+    Arguments:
+        curves: values by title; the last value is written beside the curve.
+    """
+
+    heading: str
+    text: str
+    curves: Mapping[str, Sequence[float]]
+
+    def html(self) -> str:
+        """The curves as a section."""
+        shots = "".join(_curve(title, values) for title, values in self.curves.items())
+        return (
+            f"<section><h2>{escape(self.heading)}</h2><p>{escape(self.text)}</p>"
+            f'<div class="row" style="--columns:{max(len(self.curves), 1)}">{shots}</div></section>'
+        )
+
+
+def _curve(title: str, values: Sequence[float]) -> str:
+    """One curve as a figure with an inline drawing; what is not finite leaves a gap."""
+    finite = [v for v in values if math.isfinite(v)]
+    if not finite:
+        return f"<figure><figcaption><b>{escape(title)}</b> no values</figcaption></figure>"
+    low, high = min(finite), max(finite)
+    scale, step = 80 / ((high - low) or 1.0), 200 / max(len(values) - 1, 1)
+    words, pen = [], "M"
+    for i, v in enumerate(values):
+        if math.isfinite(v):
+            words.append(f"{pen}{i * step:.1f} {90 - (v - low) * scale:.1f}")
+        pen = "L" if math.isfinite(v) else "M"
+    return (
+        '<figure class="curve"><svg viewBox="0 0 200 100" preserveAspectRatio="none">'
+        f'<path d="{" ".join(words)}" vector-effect="non-scaling-stroke"/></svg>'
+        f"<figcaption><b>{escape(title)}</b><dl><div><dt>first</dt><dd>{finite[0]:.4g}</dd></div>"
+        f"<div><dt>last</dt><dd>{finite[-1]:.4g}</dd></div></dl></figcaption></figure>"
+    )
+
+
+Section = Row | Wipe | Table | Curves | Warnings
+
+
+def write_page(path: Path, title: str, lead: str, sections: Sequence[Section]) -> None:
+    """Write the page crash-safely; it needs no other file and no network."""
+    template = Path(__file__).with_name("page.template").read_text(encoding="utf-8")
     page = Template(template).substitute(
         title=escape(title), lead=escape(lead), sections="\n".join(s.html() for s in sections)
     )
     atomic.write_bytes(path, page.encode())
-
-
-def heat(error: Image, white: float) -> str:
-    """A relative error [H, W] as black, red, yellow, white, as a `data:` address."""
-    x = np.clip(error / white, 0, 1)
-    ramp = np.stack((np.clip(3 * x, 0, 1), np.clip(3 * x - 1, 0, 1), np.clip(3 * x - 2, 0, 1)), -1)
-    # Undo the tone curve, so that the ramp is what one sees
-    linear = -np.log1p(-0.999 * ramp**2.2) / 1.5
-    return Grade((1.0, 1.0, 1.0), 0.0).uri(linear)

@@ -1,0 +1,142 @@
+"""The training report: its figures are those of its pictures, and it stands alone."""
+
+from __future__ import annotations
+
+import base64
+import io
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import torch
+from PIL import Image as Pillow
+
+from purelight_format.geometry import BoundingSphere
+
+RADIANCE = np.array([3.0, 2.0, 1.0], np.float32)
+SPHERE = BoundingSphere((0.0, 0.0, 0.0), 0.1)
+METRICS: dict[str, Any] = {
+    "flux": [1.0, 0.5, 0.0],
+    "flux_error": [0.01, 0.01, 0.0],
+    "flux_gain": [1.01, 0.99, 1.0],
+    "student_flux": [1.0, 0.5, 0.0],
+    "held_out_gain_nats": 1.25,
+    "seconds": {"light": 4.0, "student": 96.0},
+    "losses": {"student": [3.0, float("nan"), 0.125]},
+    "skipped_steps": {"student": 0},
+}
+
+
+class Uniform:
+    """A sampler that draws every direction of the cap alike."""
+
+    def pdf_solid_angle(self, point: torch.Tensor, toward: torch.Tensor) -> torch.Tensor:
+        distance = point.double().norm(dim=-1)
+        one_minus_cos = 1 - torch.sqrt(1 - (SPHERE.radius / distance) ** 2)
+        return 1 / (2 * torch.pi * one_minus_cos)
+
+
+@pytest.fixture
+def glowing(mitsuba: Any) -> dict[str, Any]:
+    """A ball of one radiance, its surface, and that radiance as a field."""
+    import trimesh
+
+    from purelight_train.description import Description
+    from purelight_train.exit_surface import ExitSurface
+
+    ball = trimesh.creation.icosphere(subdivisions=4, radius=SPHERE.radius)
+    surface = ExitSurface(
+        ball.vertices.astype(np.float32),
+        ball.faces.astype(np.uint32),
+        np.zeros(len(ball.faces), bool),
+    )
+    emitter = {"type": "area", "radiance": {"type": "rgb", "value": RADIANCE.tolist()}}
+    scene = mitsuba.load_dict(
+        {"type": "scene", "ball": {"type": "sphere", "radius": 0.1, "emitter": emitter}}
+    )
+    flux = tuple(float(x) for x in np.pi * surface.area * RADIANCE)
+    description = Description(SPHERE, flux, (0.0,) * 3, 2.0, (True,) * 3, surface.area, 1)
+
+    def radiance(position: Any, *_: Any) -> Any:
+        return np.broadcast_to(RADIANCE, position.shape).copy()
+
+    return {"description": description, "scene": scene, "surface": surface, "radiance": radiance}
+
+
+def pixels(uri: str) -> Any:
+    data = base64.b64decode(uri.removeprefix("data:image/png;base64,"))
+    return np.asarray(Pillow.open(io.BytesIO(data)))
+
+
+def test_views_measure_what_they_show(glowing: dict[str, Any]) -> None:
+    """The right student has next to no error, one 20 % too bright has 20 %."""
+    from purelight_train.report.views import LampViews
+
+    parts = {k: glowing[k] for k in ("description", "scene", "surface")}
+    right = glowing["radiance"]
+    views = LampViews(**parts, student=right, teacher=lambda *q: 1.2 * right(*q), paths=1 << 21)
+    rows = views.rows()
+    assert [row.heading for row in rows] == ["From the side", "From below", "From above"]
+    for row in rows:
+        reference, teacher, student, _ = row.shots
+        assert (reference.title, teacher.title, student.title) == (
+            "Reference", "Teacher", "Student",
+        )  # fmt: skip
+        off, noise = (
+            float(shot.figures["MAPE, noise taken out"].split()[0]) for shot in (teacher, student)
+        )
+        assert off == pytest.approx(20, abs=1.5)
+        assert noise < 2
+        assert pixels(teacher.uri)[64, 64].mean() > pixels(student.uri)[64, 64].mean()
+
+
+def test_cap_maps_compare_with_the_light(glowing: dict[str, Any]) -> None:
+    from purelight_train.report.caps import POINTS, CapMaps
+
+    def fast_map(point: torch.Tensor) -> torch.Tensor:
+        return torch.from_numpy(RADIANCE).expand(len(point), 16, 16, 3)
+
+    maps = CapMaps(
+        glowing["description"], glowing["surface"], glowing["radiance"], Uniform(), fast_map
+    )
+    rows = maps.rows()
+    assert [len(row.shots) for row in rows] == [len(POINTS)] * 5
+    # A ball of one radiance fills the cap evenly, but for the edge of its tessellation
+    for shot in rows[2].shots:
+        assert int(re.findall(r"(\d+) %", shot.title)[0]) > 96
+    for shot in rows[4].shots:
+        assert int(re.findall(r"(\d+) %", shot.title)[0]) < 6
+
+
+def write(folder: Path, metrics: dict[str, Any]) -> str:
+    from purelight_train.report.training import TrainingReport
+    from purelight_train.run_directory import RunDirectory
+
+    run = RunDirectory(folder)
+    run.write_json("metrics.json", metrics)
+    config = {"luminaire": "C:\\lamps\\my_<lamp>.xml", "preset": {"name": "draft"}}
+    run.write_json("config.json", {**config, "route": "photons"})
+    run.save("student", torch.nn.Linear(1, 1), {})
+    TrainingReport(run, []).write()
+    return (folder / "report.html").read_text()
+
+
+def test_page_stands_alone(tmp_path: Path) -> None:
+    page = write(tmp_path, METRICS)
+    for text in ("My &lt;lamp&gt;", "1.7 min", "+1.250 nats", "0.125", "1.0100", "Green"):
+        assert text in page, text
+    assert "Blue" not in page
+    assert 'class="warning"' not in page
+    assert "<svg" in page
+    assert "nan" not in page
+    assert not re.search(r'(src|href)="(?!data:)', page)
+
+
+def test_page_warns(tmp_path: Path) -> None:
+    bad = {"student_flux": [1.1, 0.5, 0.0], "skipped_steps": {"student": 3}, "dropped": 7}
+    page = write(tmp_path, {**METRICS, **bad, "held_out_gain_nats": -0.5})
+    for text in ("3 steps of the student", "7 light paths", "10.0 %", "has not learned"):
+        assert text in page, text
+    assert page.count('class="warning"') == 4

@@ -1,0 +1,1 @@
+"""The training report: what was learned beside what is true, as one HTML page."""

@@ -1,0 +1,119 @@
+"""The page of a training run: pictures, curves, figures and warnings."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from purelight_train.evaluation import as_function
+from purelight_train.progress import Bar, duration
+from purelight_train.report.caps import CapMaps
+from purelight_train.report.page import Curves, Row, Section, Table, Warnings, write_page
+from purelight_train.report.views import LampViews
+from purelight_train.run_directory import RunDirectory
+
+if TYPE_CHECKING:
+    from purelight_train.pipeline import Training
+
+MOST_PATHS = 1 << 23
+
+
+def write_report(training: Training) -> None:
+    """Write report.html of a finished run, with pictures traced for it."""
+    run, lamp = training.stages.run, training.lamp
+    student = as_function(training.student, training.stages.device)
+    paths = min(training.preset.paths // 4, MOST_PATHS)
+    networks = run.networks()
+    with Bar("report", paths, "path", lambda _: None) as update:
+        views = LampViews(
+            lamp.description, lamp.luminaire.scene, lamp.surface, student,
+            training.route.teacher_radiance, paths, update,
+        ).rows()  # fmt: skip
+    caps = CapMaps(
+        lamp.description, lamp.surface, student, networks.sampler, networks.fast_map
+    ).rows()
+    TrainingReport(run, [*views, *caps]).write()
+
+
+@dataclass(frozen=True)
+class TrainingReport:
+    """A run's figures around rows of pictures."""
+
+    run: RunDirectory
+    pictures: list[Row]
+
+    def write(self) -> None:
+        """Write report.html into the run directory."""
+        title = self.run.config["luminaire"].replace("\\", "/").rsplit("/", 1)[-1]
+        title = title.rsplit(".", 1)[0].replace("_", " ").capitalize()
+        sections: list[Section] = [
+            Warnings(self.warnings()), *self.pictures, self._curves(),
+            self._networks(), self._light(),
+        ]  # fmt: skip
+        write_page(self.run.path / "report.html", title, self._lead(), sections)
+
+    @cached_property
+    def metrics(self) -> dict[str, Any]:
+        """Contents of metrics.json."""
+        return self.run.read_json("metrics.json")
+
+    def warnings(self) -> list[str]:
+        """What went wrong or may have."""
+        found = []
+        for name, count in self.metrics["skipped_steps"].items():
+            if count:
+                found.append(f"{count} steps of the {name.replace('_', ' ')} were skipped: their "
+                             "gradient was not finite. A handful does no harm.")  # fmt: skip
+        dropped = self.metrics.get("dropped", 0)
+        if dropped:
+            found.append(f"{dropped} light paths were dropped because a value was not finite; "
+                         "check the lamp's materials and textures.")  # fmt: skip
+        true = np.asarray(self.metrics["flux"])
+        off = np.abs(np.asarray(self.metrics["student_flux"]) - true) / np.maximum(true, 1e-300)
+        if off.max() > 0.03:
+            found.append(f"The student sends out {100 * off.max():.1f} % more or less light than "
+                         "the lamp; train longer or with a larger preset.")  # fmt: skip
+        if self.metrics["held_out_gain_nats"] < 0:
+            found.append("Light kept from training is less likely under the student than under a "
+                         "plain glowing surface; it has not learned this lamp.")  # fmt: skip
+        return found
+
+    def _lead(self) -> str:
+        config = self.run.config
+        flux = " / ".join(f"{f:.3g}" for f in self.metrics["flux"])
+        return (
+            f"Preset {config['preset']['name']}, route {config['route']}, trained in "
+            f"{duration(sum(self.metrics['seconds'].values()))}. The lamp sends out {flux} W in "
+            "R, G and B. Pictures are balanced towards its colour; every picture of a row has the "
+            "same exposure."
+        )
+
+    def _networks(self) -> Table:
+        rows = []
+        for name, losses in self.metrics["losses"].items():
+            size = self.run.tensor_file(name).stat().st_size
+            rows.append([
+                name.replace("_", " "), f"{size / 1e6:.2f} MB",
+                duration(self.metrics["seconds"][name]), f"{losses[-1]:.4g}" if losses else "",
+            ])  # fmt: skip
+        header = ("Network", "size in training", "time", "last loss")
+        return Table("What was trained", header, rows)
+
+    def _light(self) -> Table:
+        metrics = self.metrics
+        rows = [
+            [channel, *(f"{metrics[key][c]:.5g} W" for key in ("flux", "flux_error")),
+             f"{metrics['student_flux'][c]:.5g} W", f"{metrics['flux_gain'][c]:.4f}"]
+            for c, channel in enumerate(("Red", "Green", "Blue")) if metrics["flux"][c] > 0
+        ]  # fmt: skip
+        rows.append(["Held-out light", f"{metrics['held_out_gain_nats']:+.3f} nats", "", "", ""])
+        header = ("Light", "traced", "standard error", "student", "gain that closed it")
+        return Table("Where the light went", header, rows)
+
+    def _curves(self) -> Curves:
+        curves = {k.replace("_", " ").capitalize(): v for k, v in self.metrics["losses"].items()}
+        text = "Mean loss over each hundredth of the steps; every curve has its own range."
+        return Curves("Training", text, curves)
