@@ -40,11 +40,10 @@ class RoomOnlyEmitter(BundleEmitter):
     def _place(self) -> None:
         super()._place()
         placement = self.placement
-        self._frame = Frame(
-            *(mi.Vector3f(*row) for row in placement.rotation.tolist()),
-            mi.Point3f(*placement.translation.tolist()), mi.Float(placement.scale),
-            mi.Float(self.level),
-        )  # fmt: skip
+        x, y, z = (mi.Vector3f(*row) for row in placement.rotation.tolist())
+        translation = mi.Point3f(*placement.translation.tolist())
+        scale, dimmer = mi.Float(placement.scale), mi.Float(self.level)
+        self._frame = Frame(x, y, z, translation, scale, dimmer)
         dr.make_opaque(self._frame)
 
     def sample_direction(
