@@ -21,6 +21,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("scene", type=Path, help="Mitsuba 3 scene, .xml, or a USD stage")
     parser.add_argument("--output", type=Path, required=True, help=".exr; a .png appears beside it")
     parser.add_argument("--mode", choices=("accurate", "fast"), help="instead of the scene's")
+    parser.add_argument("--engine", choices=("auto", "fused", "queued"), help="of the networks")
     parser.add_argument("--spp", type=int, help="samples per pixel, instead of the scene's")
     parser.add_argument("--width", type=int, help="of the picture, instead of the scene's")
     parser.add_argument("--camera", help="of a USD stage, the path of its prim")
@@ -81,7 +82,7 @@ def _render(arguments: argparse.Namespace) -> int:
     scene = _load(arguments)
     if arguments.width is not None:
         passes.resize(scene, arguments.width)
-    integrator = passes.integrator_for(scene, arguments.mode)
+    integrator = passes.integrator_for(scene, arguments.mode, arguments.engine)
     spp = arguments.spp or scene.sensors()[0].sampler().sample_count()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", SpoiltWarning)

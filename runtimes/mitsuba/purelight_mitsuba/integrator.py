@@ -25,6 +25,7 @@ MODES = ("accurate", "fast")
 ENGINES = ("auto", "fused", "queued")
 LANES = 1 << 21  # Of one pass of the engine `queued`; about 200 bytes each.
 LARGEST_SURVIVAL = 0.95
+LEAST_QUEUED = 3000  # Multiply-adds per shadow ray, from where on waiting pays.
 ROULETTE = 2.0  # Shadow rays toward lamps, per throughput; least cost times variance in a room.
 
 
@@ -70,7 +71,9 @@ class PureLightIntegrator(mi.SamplingIntegrator):
 
     Properties: `mode`: `accurate` (direction by the sampler, radiance by the appearance network)
     or `fast` (both by the radiance map; camera rays, mirrors and sharp reflections still see the
-    appearance network); `max_depth` (default unlimited), `rr_depth` (default 5), `hide_emitters`.
+    appearance network); `engine`: `fused` evaluates networks where a path needs them, `queued` most
+    of them in batches afterwards, `auto` chooses by the cost that bundles state; `max_depth`
+    (default unlimited), `rr_depth` (default 5), `hide_emitters`.
     """
 
     def __init__(self, props: mi.Properties) -> None:
@@ -156,7 +159,11 @@ class PureLightIntegrator(mi.SamplingIntegrator):
 
     def _queues(self, lamps: Lamps) -> bool:
         """Whether shadow rays toward lamps wait in a queue."""
-        return self.engine != "fused" and not lamps.dark
+        if self.engine == "auto":
+            names = ("fast_map",) if self.mode == "fast" else ("sampler", "appearance")
+            costs = [sum(lamp.cost(name) for name in names) for lamp in lamps.luminaires]
+            return max(costs) >= LEAST_QUEUED and not lamps.dark
+        return self.engine == "queued" and not lamps.dark
 
     def sample(
         self,

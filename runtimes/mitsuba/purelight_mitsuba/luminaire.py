@@ -84,8 +84,8 @@ class Luminaire:
         return self._maps[mi.variant()]
 
     def cost(self, name: str) -> int:
-        """Multiply-adds of a network per sample, as the bundle states."""
-        return int(self._bundle.manifest.networks[name].macs_per_sample)
+        """Multiply-adds of a network per sample, as the bundle states; none if it has none."""
+        return int(self._bundle.manifest.networks[name].macs_per_sample) if self.has(name) else 0
 
     def session(self, name: str) -> Session:
         """Returns a network of the bundle in ONNX Runtime, on as many threads as Dr.Jit has."""

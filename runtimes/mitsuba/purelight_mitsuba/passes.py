@@ -42,13 +42,17 @@ def reason(text: str) -> str:
     return " ".join(line for line in lines if line)[:300]
 
 
-def integrator_for(scene: mi.Scene, mode: str | None = None) -> PureLightIntegrator:
+def integrator_for(
+    scene: mi.Scene, mode: str | None = None, engine: str | None = None
+) -> PureLightIntegrator:
     """The scene's integrator if it is PureLight's, else one with default settings."""
     integrator = scene.integrator()
     if not isinstance(integrator, PureLightIntegrator):
         integrator = mi.load_dict({"type": "purelight"})
     if mode is not None:
         integrator.mode = mode
+    if engine is not None:
+        integrator.engine = engine
     integrator.prepare(scene)
     return integrator
 

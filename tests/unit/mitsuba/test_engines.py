@@ -1,0 +1,204 @@
+"""The engines agree, nothing is lost in the queue, and memory does not grow with samples."""
+
+from __future__ import annotations
+
+import resource
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import analytic_lamps as lamps
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+import pytest
+from agreement import agree, passes
+
+from purelight_export.graph import Graph
+from purelight_format.errors import PureLightError
+from purelight_mitsuba import answers, integrator, queued
+from purelight_mitsuba.luminaire import load
+from purelight_onnx.luminaire import Luminaire
+
+ENGINES = ("fused", "queued")
+MODES = ("accurate", "fast")
+T = mi.ScalarTransform4f
+TO_WORLD = T().translate([0.1, 0.2, 0.3])
+
+
+def layered() -> bytes:
+    """An appearance network of three layers, smooth and of some contrast."""
+    graph, rng = Graph("appearance"), np.random.default_rng(0)
+    x = graph.concat([graph.input(name, 3) for name in ("position", "normal", "outgoing")])
+    for width in (32, 32):
+        weight = rng.normal(size=(width, x.shape[0])).astype(np.float32) / 3
+        x = graph.relu(graph.linear(x, weight, rng.normal(size=width).astype(np.float32)))
+    weight = rng.normal(size=(3, 32)).astype(np.float32) / 5
+    graph.output("radiance", graph.exp(graph.linear(x, weight, np.ones(3, np.float32))))
+    return graph.to_bytes()
+
+
+@pytest.fixture(scope="module")
+def bundle(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    lamp = lamps.ball()
+    lamp.networks["appearance"] = layered()
+    return lamp.write(tmp_path_factory.mktemp("lamps") / "layered.plux")
+
+
+@pytest.fixture(scope="module")
+def scene(bundle: Path) -> mi.Scene:
+    light = {
+        "type": "rectangle",
+        "to_world": lamps.look_at((0.5, -1.2, 1.2), (0, 0, -0.5)) @ T().scale(0.2),
+        "emitter": {"type": "area", "radiance": {"type": "rgb", "value": [1.0, 2.0, 4.0]}},
+    }
+    lamp = {"type": "purelight", "filename": str(bundle), "to_world": TO_WORLD}
+    small = lamp | {"to_world": T().translate([-0.6, 0.6, 0.3]).scale(0.5)}
+    return mi.load_dict(lamps.room() | {"light": light, "a": lamp, "b": small})
+
+
+def ours(engine: str = "queued", mode: str = "accurate", **settings: Any) -> dict[str, Any]:
+    return {"type": "purelight", "engine": engine, "mode": mode, "max_depth": 4, **settings}
+
+
+def render(scene: mi.Scene, spp: int = 16, **settings: Any) -> np.ndarray:
+    return np.array(mi.render(scene, integrator=mi.load_dict(ours(**settings)), spp=spp, seed=1))
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_engines_agree(scene: mi.Scene, mode: str) -> None:
+    pictures = [passes(scene, ours(engine, mode), 32, first=k) for k, engine in enumerate(ENGINES)]
+    agree(*pictures)
+
+
+def test_without_roulette_of_shadow_rays_the_mean_is_the_same(
+    scene: mi.Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    few = passes(scene, ours(), 32)
+    monkeypatch.setattr(integrator, "ROULETTE", 1e9)
+    agree(few, passes(scene, ours(), 32, first=100))
+
+
+@pytest.mark.parametrize("capacity", [300, 3000])
+@pytest.mark.parametrize("mode", MODES)
+def test_a_queue_that_is_too_small_loses_nothing(
+    scene: mi.Scene, mode: str, capacity: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    spp = 8 if capacity > 1000 else 1
+    whole = render(scene, spp, mode=mode)
+    emptied = count_calls(monkeypatch, queued.Queue, "take")
+    monkeypatch.setattr(queued, "CAPACITY", capacity)
+    np.testing.assert_allclose(render(scene, spp, mode=mode), whole, rtol=1e-4, atol=1e-5)
+    assert len(emptied) > 2
+
+
+def test_answers_in_batches_are_those_of_the_kernel(
+    scene: mi.Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    compiled = render(scene)
+    batched = count_calls(monkeypatch, answers, "_batched")
+    monkeypatch.setattr(answers, "LARGEST_COMPILED", -1)
+    np.testing.assert_allclose(render(scene), compiled, rtol=1e-4, atol=1e-5)
+    assert batched
+
+
+def test_values_of_both_engines_are_those_of_onnx_runtime(bundle: Path) -> None:
+    rng, luminaire = np.random.default_rng(5), load(bundle)
+    away = rng.normal(size=(3, 4096))
+    away = (away / np.linalg.norm(away, axis=0)).astype(np.float32)
+    position = (np.array(lamps.CENTRE)[:, None] + lamps.RADIUS * away).astype(np.float32)
+    expected = Luminaire.open(bundle).radiance(position.T, away.T, away.T)
+    scale = expected.mean()
+    for evaluate in (answers._compiled, answers._batched):
+        surface = (mi.Point3f(position), mi.Normal3f(away), mi.Vector3f(away))
+        found = np.array(evaluate(luminaire, surface)).T
+        assert np.abs(np.log1p(found / scale) - np.log1p(expected / scale)).max() < 1e-4
+
+
+def count_calls(monkeypatch: pytest.MonkeyPatch, owner: Any, name: str) -> list[int]:
+    calls: list[int] = []
+    function: Callable[..., Any] = getattr(owner, name)
+
+    def counted(*arguments: Any) -> Any:
+        calls.append(1)
+        return function(*arguments)
+
+    monkeypatch.setattr(owner, name, counted)
+    return calls
+
+
+def test_passes_leave_one_film(scene: mi.Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    sensor = scene.sensors()[0]
+    usual = sensor.sampler().sample_count()
+    monkeypatch.setattr(integrator, "LANES", 3 * 32 * 32)
+    picture = mi.render(scene, integrator=mi.load_dict(ours()), spp=0, seed=2)
+    assert sensor.sampler().sample_count() == usual
+    developed = sensor.film().develop()
+    np.testing.assert_array_equal(np.array(developed), np.array(picture))
+    split = passes(scene, ours(), 8, 8)
+    monkeypatch.undo()
+    agree(split, passes(scene, ours(), 8, 8, first=50), 0.02)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("mode", MODES)
+def test_spoilt_answers_are_dark_and_counted(tmp_path: Path, mode: str, engine: str) -> None:
+    path = lamps.ball(spoilt=True).write(tmp_path / "spoilt.plux")
+    lamp = {"type": "purelight", "filename": str(path), "to_world": TO_WORLD}
+    made = mi.load_dict(ours(engine, mode))
+    with pytest.warns(UserWarning, match="infinite or no number"):
+        image = np.array(mi.render(mi.load_dict(lamps.room() | {"l": lamp}), integrator=made))
+    assert np.isfinite(image).all()
+    assert made.spoilt > 0
+
+
+def test_spoilt_answers_are_counted_in_shadow_rays(tmp_path: Path) -> None:
+    """The camera sees no lamp, so only the queue can find them."""
+    path = lamps.ball(spoilt=True).write(tmp_path / "spoilt.plux")
+    lamp = {"type": "purelight", "filename": str(path), "to_world": TO_WORLD}
+    room = mi.load_dict(lamps.room() | {"l": lamp})
+    counts = []
+    for engine in ENGINES:
+        made = mi.load_dict(ours(engine, max_depth=2, hide_emitters=True))
+        with pytest.warns(UserWarning, match="infinite or no number"):
+            mi.render(room, integrator=made, spp=16)
+        counts.append(made.spoilt)
+    assert counts[1] == pytest.approx(counts[0], rel=0.1)
+
+
+def test_auto_queues_what_costs_more(scene: mi.Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    made = mi.load_dict(ours("auto"))
+    assert made.prepare(scene).later is None
+    monkeypatch.setattr(integrator, "LEAST_QUEUED", 1000)
+    assert mi.load_dict(ours("auto")).prepare(scene).later is not None
+    made.engine = "queued"
+    assert made.prepare(scene).later is not None
+
+
+def test_unknown_engine() -> None:
+    properties = mi.Properties("purelight")
+    properties["engine"] = "steam"
+    with pytest.raises(PureLightError, match="engine steam is none of"):
+        integrator.PureLightIntegrator(properties)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("engine", ENGINES)
+def test_many_samples_and_many_lamps_run_to_the_end(bundle: Path, engine: str) -> None:
+    grid = [(x, y) for x in np.linspace(-1, 1, 10) for y in np.linspace(-1, 1, 10)]
+    emitters = {
+        f"l{k}": {
+            "type": "purelight",
+            "filename": str(bundle),
+            "to_world": T().translate([x, y, 0.5]).scale(0.2),
+        }
+        for k, (x, y) in enumerate(grid)
+    }
+    hall = mi.load_dict(lamps.room() | emitters)
+    one = mi.load_dict(lamps.room() | {"l": emitters["l0"] | {"to_world": TO_WORLD}})
+    for scene, spp in ((hall, 64), (one, 4096)):
+        image = np.array(mi.render(scene, integrator=mi.load_dict(ours(engine)), spp=spp))
+        assert np.isfinite(image).all()
+        assert image.mean() > 0.01
+    dr.flush_malloc_cache()
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss < 4 << 20  # kilobytes
