@@ -1,4 +1,4 @@
-"""A crystal lamp: LEDs on a metal column, in a glass shell, in a thick faceted crystal."""
+"""A crystal lamp: LEDs on a metal column, in amber cut glass, in a thick clear crystal."""
 
 from __future__ import annotations
 
@@ -15,12 +15,17 @@ from purelight_examples.luminaires.lamp_scene import (
     Part,
     write_scene,
 )
-from purelight_examples.luminaires.parts import revolve, screw_cap, shell, solid
+from purelight_examples.luminaires.parts import revolve, screw_cap, solid
 
-RADIUS, HOLLOW_RADIUS, SHELL_RADIUS, WALL = 0.05, 0.036, 0.026, 0.002
+RADIUS, INNER_RADIUS, HOLLOW = 0.05, 0.033, 0.72  # hollow in parts of the radius
 COLUMN_RADIUS, COLUMN_HALF, LED_SIDE, LED_THICKNESS = 0.006, 0.016, 0.004, 0.001
 LED = Material("diffuse", {}, {"reflectance": (0.7, 0.65, 0.5)})
 LED_RADIANCE = (4000.0, 2600.0, 1400.0)  # about 4,000 K
+AMBER_GLASS = Material(
+    "dielectric",
+    {"int_ior": 1.6, "ext_ior": 1.0},
+    {"specular_transmittance": (0.97, 0.85, 0.6)},  # at each of its two faces
+)
 FACES, ROWS = 6, 3
 
 
@@ -36,16 +41,20 @@ def faceted(radius: float) -> trimesh.Trimesh:
     return solid(hull.vertices, hull.faces)
 
 
+def cut_glass(radius: float) -> trimesh.Trimesh:
+    """A cut crystal with a round hollow."""
+    hollow = revolve(_sphere(HOLLOW * radius), 96)
+    hollow.invert()
+    return trimesh.util.concatenate([faceted(radius), hollow])
+
+
 def parts() -> list[Part]:
     """The lamp's parts."""
-    hollow = revolve(_sphere(HOLLOW_RADIUS), 96)
-    hollow.invert()
-    crystal = trimesh.util.concatenate([faceted(RADIUS), hollow])
     return [
         Part("leds", _leds(), LED, LED_RADIANCE),
         Part("column", _column(), NICKEL),
-        Part("shell", shell(_sphere(SHELL_RADIUS), WALL, 96), CLEAR_GLASS),
-        Part("crystal", crystal, CLEAR_GLASS),
+        Part("amber", cut_glass(INNER_RADIUS), AMBER_GLASS),
+        Part("crystal", cut_glass(RADIUS), CLEAR_GLASS),
         Part("cap", screw_cap(0.9 * RADIUS, 0.014), BRASS),
     ]
 
