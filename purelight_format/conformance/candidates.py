@@ -76,6 +76,13 @@ def placed(points: np.ndarray, matrix: np.ndarray) -> np.ndarray:
     return points @ matrix[:3, :3].T + matrix[:3, 3]
 
 
+def ball(sphere: BoundingSphere) -> np.ndarray:
+    """The transform that makes the unit sphere this one: [4, 4]."""
+    matrix = np.diag([sphere.radius] * 3 + [1.0])
+    matrix[:3, 3] = sphere.center
+    return matrix
+
+
 def placed_flags(matrix: np.ndarray) -> Flags:
     scale = np.cbrt(np.linalg.det(matrix[:3, :3]))
     turned = np.abs(matrix[:3, :3] / scale - np.eye(3)).max() > 0.1

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any
@@ -9,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from purelight_format.bundle import Bundle
+from purelight_format.color import LUMINANCE
 from purelight_format.conformance import lamps, probes
 from purelight_format.conformance.candidates import (
     ALL,
@@ -17,6 +19,7 @@ from purelight_format.conformance.candidates import (
     Arrays,
     Flags,
     Wish,
+    ball,
     cosine,
     directions,
     placed,
@@ -33,6 +36,8 @@ from purelight_format.vectors import SIGNATURES
 
 EXACT = 1e-5  # Floor of tolerances where no network is involved.
 ROWS = (0, 1, 65_537)
+SAMPLES = 1024  # Of the radiance map, for one point.
+SIGMAS = 5.0
 NOTHING: Mapping[str, Any] = MappingProxyType({})
 SMALL_OUTPUTS = {  # What counts as small, where that is neither zero nor the radiance scale.
     "transmittance": 1.0, "toward": 1.0, "tangent": 1.0, "bitangent": 1.0, "axis": 1.0,
@@ -297,17 +302,55 @@ class Cases:
             given = {"to_world": matrix.tolist(), "dimmer": 0.5}
             yield self._set(f"sampled-{name}", "estimators", "estimate", lamp,
                             self._shading(lamp, matrix), parameters=given)  # fmt: skip
+        yield from self._maps()
+        yield self._area()
+
+    def _maps(self) -> Iterator[VectorSet]:
+        """Means of many samples, because hosts may draw from the map as they like."""
         for lamp, flag in (("wild", "MEASURE"), ("compass", "MAP_ORDER"), ("red", "RED_ONLY"),
                            ("black", "BLACK")):  # fmt: skip
-            wish = self._shading(lamp, np.eye(4))
-            candidates = Wish(
-                {k: wish.inputs[k] for k in ("point", "u")},
-                wish.flags | {flag: ALL}, ~wish.flags["INSIDE"], 48,
-            )  # fmt: skip
-            compared = ("weight",) if lamp == "black" else ()  # No direction is better there.
-            yield self._set(f"map-{lamp}", "estimators", "map_sample", lamp, candidates,
-                            compared=compared, parameters={"dimmer": 0.5})  # fmt: skip
-        yield self._area()
+            yield self._map(lamp, flag)
+
+    def _map(self, lamp: str, flag: str) -> VectorSet:
+        """Points that see half of the lamp, each with many samples."""
+        rng, sphere = np.random.default_rng(11), lamps.LAMPS[lamp].emission.sphere
+        point = placed(directions(6, rng) * np.array([[1.2, 1.5, 2, 4, 8, 50]]).T, ball(sphere))
+        point = point.astype(np.float32).astype(np.float64)
+        normal = np.cross(cap(point, sphere).axis, directions(6, rng))
+        normal = (normal / np.linalg.norm(normal, axis=1, keepdims=True)).astype(np.float32)
+        mean, deviation = self._irradiance(self._lamps[lamp], point, normal.astype(np.float64))
+        inputs = {
+            "point": np.repeat(point, SAMPLES, 0),
+            "normal": np.repeat(normal, SAMPLES, 0),
+            "u": rng.random((len(point) * SAMPLES, 2)),
+        }
+        flags = [flag, "MEASURE", "DIMMER"] if flag != "BLACK" else [flag]
+        return VectorSet(
+            f"estimators/map-{lamp}", "estimators", "map_estimate", lamp,
+            Wish(inputs, {}).float32, {"irradiance": 0.5 * mean},
+            {"irradiance": 0.5 * (FLOOR * mean + SIGMAS * deviation / math.sqrt(SAMPLES))},
+            {name: list(range(len(point))) for name in dict.fromkeys(flags)}, {"dimmer": 0.5},
+            average=SAMPLES,
+        )  # fmt: skip
+
+    @staticmethod
+    def _irradiance(lamp: Lamp, point: np.ndarray, normal: np.ndarray) -> tuple[np.ndarray, ...]:
+        """Irradiance by quadrature over the map, and the deviation of Eq. 13's samples: [N, 3]."""
+        side = (np.arange(128) + 0.5) / 128
+        u = np.stack(np.meshgrid(side, side), -1).reshape(-1, 2)  # Eight by eight in each cell.
+        cells = lamp("fast_map", np.float64, point=point)["radiance_map"]
+        means, deviations = [], []
+        for k in range(len(point)):
+            view = cap(np.repeat(point[k : k + 1], len(u), 0), lamp.manifest.bounding_sphere)
+            light = cells[k].repeat(8, 0).repeat(8, 1).reshape(-1, 3)
+            power = light @ LUMINANCE
+            cosine = np.maximum(cap_to_direction(u, view) @ normal[k], 0)[:, None]
+            share = power[:, None] / max(power.mean(), np.finfo(float).tiny)  # Density on u.
+            each = light * cosine * view.solid_angle[:, None]
+            square = np.divide(each**2, share, out=np.zeros_like(each), where=share > 0).mean(0)
+            means.append(each.mean(0))
+            deviations.append(np.sqrt(np.maximum(square - means[-1] ** 2, 0)))
+        return np.array(means), np.array(deviations)
 
     def _shading(self, lamp: str, matrix: np.ndarray) -> Wish:
         """Points outside the bounding sphere, with normals on either side of the horizon."""

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from purelight_format.errors import PureLightError
 from purelight_format.geometry import FAR, OUTSIDE, BoundingSphere
 from purelight_format.onnx_profile import IR_VERSION, OPSET, ROWS
 from purelight_format.vectors import SIGNATURES, Shapes
@@ -395,7 +396,10 @@ def _weights(network: str, emission: Emission) -> Constants:
 
 def _model(network: str, body: str, constants: Mapping[str, np.ndarray]) -> bytes:
     """Serialises the nodes that the outputs need, and the constants that these need."""
-    from onnx import helper, numpy_helper, parser
+    try:
+        from onnx import helper, numpy_helper, parser
+    except ImportError as error:
+        raise PureLightError('the suite needs onnx: pip install "purelight[onnx]"') from error
 
     inputs, outputs = map(_declared, SIGNATURES[network])
     graph = parser.parse_graph(f"{network} ({inputs}) => ({outputs}) {{{body}}}")

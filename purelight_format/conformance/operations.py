@@ -289,8 +289,8 @@ def _estimate(ask: Query) -> Arrays:
     return {"irradiance": _radiance(ask, _facing(hits, -direction)) * weight[:, None]}
 
 
-def _map_sample(ask: Query) -> Arrays:
-    """Eq. 13: a cell of the radiance map by its luminance, and a direction evenly inside it."""
+def _map_estimate(ask: Query) -> Arrays:
+    """Irradiance from one sample of the map (Eq. 13): a cell by its luminance, evenly inside it."""
     local = ask.instance.point(ask["point"])
     cap = geometry.cap(local, ask.sphere)
     cells = ask.asset("fast_map", ask.dtype, point=local)["radiance_map"].reshape(-1, 256, 3)
@@ -308,7 +308,8 @@ def _map_sample(ask: Query) -> Arrays:
     share = np.where(lit, total[:, 0] / (safe * 256) * cap.solid_angle, 0)
     weight = cells[rows, chosen] * share[:, None] * ask.dtype(ask.instance.dimmer)
     toward = ask.instance.to_world(geometry.cap_to_direction(square, cap))
-    return {"toward": toward, "weight": weight}
+    cosine = np.maximum((toward * ask["normal"]).sum(1, keepdims=True), 0)
+    return {"irradiance": weight * cosine}
 
 
 # The table
@@ -384,7 +385,8 @@ OPERATIONS = {
         POINT | {"normal": (3,)} | SQUARE, {"irradiance": (3,)}, _estimate,
         ("appearance", "sampler"), INSTANCE,
     ),
-    "map_sample": Operation(
-        POINT | SQUARE, DIRECTION | {"weight": (3,)}, _map_sample, ("fast_map",), INSTANCE
+    "map_estimate": Operation(
+        POINT | {"normal": (3,)} | SQUARE, {"irradiance": (3,)}, _map_estimate, ("fast_map",),
+        INSTANCE,
     ),
 }  # fmt: skip

@@ -169,7 +169,7 @@ def _failure(vectors: VectorSet, row: int, what: str) -> Failure:
 
 
 def compare(vectors: VectorSet, outputs: dict[str, np.ndarray]) -> Result:
-    """Compares answers with a set; every copy of a vector must meet it.
+    """Compares answers with a set; every copy of a vector must meet it, and means where wanted.
 
     |result - output| <= tolerance in every element; what is not finite is not met.
     """
@@ -177,13 +177,15 @@ def compare(vectors: VectorSet, outputs: dict[str, np.ndarray]) -> Result:
     order = np.arange(count) % len(vectors)
     wrong: dict[int, str] = {}
     for name, expected in vectors.outputs.items():
-        shape = (count, *expected.shape[1:])
+        shape = (count * vectors.average, *expected.shape[1:])
         if name not in outputs:
             return _all_failed(vectors, f"{name} is missing")
         if outputs[name].shape != shape:
             return _all_failed(vectors, f"{name} has shape {outputs[name].shape}, not {shape}")
         with np.errstate(invalid="ignore", over="ignore"):
-            error = np.abs(outputs[name].astype(np.float64) - expected[order])
+            answer = outputs[name].astype(np.float64)
+            answer = answer.reshape(count, vectors.average, *expected.shape[1:]).mean(1)
+            error = np.abs(answer - expected[order])
             met = np.isfinite(error) & (error <= vectors.tolerances[name][order])
             excess = np.where(met, 0, error)
         for row in np.flatnonzero((excess != 0).reshape(count, -1).any(1)) if count else ():

@@ -37,6 +37,7 @@ class VectorSet:
         parameters: of the whole call.
         refusal: whether the host may refuse, one of NEVER, ALLOWED, REQUIRED.
         rows: how many rows to send, the K vectors over and over.
+        average: how many rows of the inputs make one vector: the mean of their results is compared.
     """
 
     id: str
@@ -50,13 +51,16 @@ class VectorSet:
     parameters: dict[str, Any] = field(default_factory=dict)
     refusal: str = NEVER
     rows: int | None = None
+    average: int = 1
 
     def __len__(self) -> int:
-        return len(next(iter(self.inputs.values())))
+        return len(next(iter(self.inputs.values()))) // self.average
 
     def sent(self) -> Arrays:
         """The inputs as they go to the host."""
-        order = np.arange(len(self) if self.rows is None else self.rows) % len(self)
+        if self.rows is None:
+            return self.inputs
+        order = np.arange(self.rows) % len(self)
         return {name: array[order] for name, array in self.inputs.items()}
 
     def flags_of(self, row: int) -> list[str]:
@@ -106,7 +110,8 @@ def _pack(vectors: VectorSet) -> tuple[dict[str, Any], bytes]:
     entry: dict[str, Any] = {
         "id": vectors.id, "group": vectors.group, "operation": vectors.operation,
         "bundle": vectors.bundle, "parameters": vectors.parameters, "refusal": vectors.refusal,
-        "rows": vectors.rows, "flags": {k: _ranges(v) for k, v in vectors.flags.items()},
+        "rows": vectors.rows, "average": vectors.average,
+        "flags": {flag: _ranges(rows) for flag, rows in vectors.flags.items()},
     }  # fmt: skip
     data = b""
     for kind, dtype in (("inputs", "<f4"), ("outputs", "<f8"), ("tolerances", "<f8")):
@@ -160,7 +165,7 @@ def _unpack(entry: dict[str, Any], data: bytes) -> VectorSet:
     flags = {k: list(_rows(ranges)) for k, ranges in entry["flags"].items()}
     return VectorSet(
         entry["id"], entry["group"], entry["operation"], entry["bundle"], inputs, outputs,
-        tolerances, flags, entry["parameters"], entry["refusal"], entry["rows"],
+        tolerances, flags, entry["parameters"], entry["refusal"], entry["rows"], entry["average"],
     )  # fmt: skip
 
 

@@ -1,4 +1,4 @@
-"""The suite, made once for all tests."""
+"""Mitsuba's variant, and the suite, made once for all tests."""
 
 from __future__ import annotations
 
@@ -8,6 +8,9 @@ import pytest
 
 from purelight_format.conformance import maker, suite
 from purelight_format.conformance.suite import Suite
+from purelight_mitsuba import use
+
+use()
 
 
 @pytest.fixture(scope="session")

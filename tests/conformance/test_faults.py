@@ -18,7 +18,7 @@ HUNTED = {
     "axis_order": ("AXIS_ORDER", 0.9, {"appearance/paint", "fast_map/paint", "frames/axes"}),
     "cosine_measure": ("MEASURE", 0.2, {"sampler/wild", "appearance/wild", "cap/cap-near"}),
     "cancellation": ("CANCELLATION", 0.5, {"frames/axes", "cap/square_to_disk"}),
-    "transposed_map": ("MAP_ORDER", 0.9, {"fast_map/paint", "appearance/compass"}),
+    "transposed_map": ("MAP_ORDER", 0.8, {"fast_map/paint", "appearance/compass"}),
     "tf32": ("PRECISION", 0.5, {"frames/axes", "cap/cap-near", "appearance/paint"}),
     "swapped_channels": ("CHANNEL_ORDER", 0.9, {"appearance/compass", "fast_map/compass"}),
     "unturned_normal": ("NORMAL_SIDE", 0.8, {"appearance/wild", "sampler/wild"}),

@@ -14,12 +14,9 @@ from purelight_format.bundle import Bundle
 from purelight_format.errors import PureLightError
 from purelight_format.members import network as member_of
 from purelight_format.vectors import SIGNATURES
-from purelight_mitsuba import use
 from purelight_mitsuba.luminaire import load
 from purelight_onnx.luminaire import Luminaire
 from tests.assets import lamp
-
-use()
 
 
 def write(path: Path, network: str, error: float) -> Path:

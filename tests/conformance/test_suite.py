@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -36,6 +37,16 @@ def test_two_makes_give_the_same_bytes(
     assert cli.main(["make", str(tmp_path)]) == 0
     assert "vectors" in capsys.readouterr().out
     assert files(tmp_path) == files(folder)
+
+
+def test_a_missing_onnx_is_one_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setitem(sys.modules, "onnx", None)
+    assert cli.main(["make", str(tmp_path)]) == 2
+    error = capsys.readouterr().err
+    assert "purelight[onnx]" in error
+    assert error.count("\n") == 1
 
 
 def test_what_is_read_is_what_was_written(whole: Suite, folder: Path, tmp_path: Path) -> None:

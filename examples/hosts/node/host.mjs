@@ -35,7 +35,6 @@ function readNpy(member) {
 const NETWORKS = ["appearance", "transparency", "sampler", "sampler_pdf", "fast_map"];
 let lamp = null;
 async function open(path) {
-  lamp = null;
   const members = readMembers(readFileSync(path)), manifest = JSON.parse(members["manifest.json"]);
   if (manifest.format_version.split(".")[0] !== "1") refuse("another major version of the format");
   const digest = (name) => createHash("sha256").update(members[name]).digest("hex");
@@ -131,14 +130,15 @@ const each = (run) => (inputs, given) => { // One row at a time; a row of zeros 
   const rows = Object.values(inputs)[0].map((_, n) => run(mapped(inputs, (column) => column[n]), given));
   return mapped(run(mapped(inputs, () => [0, 0, 1]), given), (_, name) => rows.map((row) => row[name]));
 };
-function pick({ point, u, cells }, { dimmer, outward, local }) { // Eq. 13
+function pick({ point, normal, u, cells }, { dimmer, inward, local }) { // Eq. 13
   const view = cap(local(point), lamp.sphere), colours = rowsOf([256, 3], Float64Array.from(cells));
   const power = colours.map((rgb) => dot(rgb, [0.2126, 0.7152, 0.0722])), total = power.reduce((a, b) => a + b);
   let k = 0, before = 0;
   while (k < 255 && before + power[k] <= u[0] * total) before += power[k++];
   const square = [(k % 16) + (u[0] * total - before) / (power[k] || 1), Math.floor(k / 16) + u[1]];
   const share = view.outside && power[k] > 0 ? (total * 2 * Math.PI * view.one_minus_cos) / (256 * power[k]) : 0;
-  return { toward: outward(capToDirection(mul(square, 1 / 16), view)), weight: mul(colours[k], dimmer * share) };
+  const toward = capToDirection(mul(square, 1 / 16), view);
+  return { irradiance: mul(colours[k], dimmer * share * Math.max(0, dot(toward, inward(normal)))) };
 }
 const OPERATIONS = {
   frame: each(({ axis }) => frame(axis)),
@@ -176,9 +176,9 @@ const OPERATIONS = {
     const hits = point.map((p, k) => meet(place.local(p), place.inward(drawn.toward[k])));
     return { irradiance: (await seen("appearance", hits)).map((rgb, k) => mul(rgb, weight[k])) };
   },
-  async map_sample({ point, u }, given) {
+  async map_estimate({ point, normal, u }, given) {
     const place = placement(given), drawn = await ask("fast_map", { point: point.map(place.local) });
-    return each((row) => pick(row, place))({ point, u, cells: drawn.radiance_map });
+    return each((row) => pick(row, place))({ point, normal, u, cells: drawn.radiance_map });
   },
 };
 for (const name of NETWORKS) OPERATIONS[name] = (inputs) => ask(name, inputs);
@@ -187,7 +187,7 @@ const encode = (rows, name) => ({ dtype: "<f8", shape: shapeOf(name, rows),
   data: Buffer.from(Float64Array.from(rows.flat()).buffer).toString("base64") });
 async function answer({ do: task, bundle, operation, parameters, inputs }) {
   if (task === "hello") return { protocol: "1.0", host: "node", version: "1", operations: Object.keys(OPERATIONS) };
-  if (task === "open") return open(bundle);
+  if (task === "open") { lamp = null; return open(bundle); }
   if (task !== "evaluate" || !(operation in OPERATIONS)) refuse(`cannot ${task} ${operation}`);
   const arrays = mapped(inputs, ({ dtype, shape, data }) => fromBytes(dtype, shape, Buffer.from(data, "base64")));
   return { outputs: mapped(await OPERATIONS[operation](arrays, parameters), encode) };

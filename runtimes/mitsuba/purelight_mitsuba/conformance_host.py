@@ -75,7 +75,7 @@ class MitsubaHost:
     version = metadata.version("purelight")
     operations: tuple[str, ...] = (
         *SIGNATURES, "frame", "square_to_disk", "cap", "cap_to_direction", "instance_radiance",
-        "instance_sample", "view", "estimate", "map_sample",
+        "instance_sample", "view", "estimate", "map_estimate",
     )  # fmt: skip
 
     def __init__(self) -> None:
@@ -158,10 +158,12 @@ class MitsubaHost:
         cosine = dr.maximum(dr.dot(toward, mi.Vector3f(normal)), 0)
         return [dr.select(hit.valid, radiance * weight * cosine, 0)]
 
-    def _map_sample(self, given: Parameters, rows: int, point: Any, u: Any) -> list[Any]:
+    def _map_estimate(
+        self, given: Parameters, rows: int, point: Any, normal: Any, u: Any
+    ) -> list[Any]:
         world = self._world(given, rows, fast=True)
         toward, _, weight, _ = world.queries.aim(world.place, point, u, world.active)
-        return [toward, weight]
+        return [weight * dr.maximum(dr.dot(toward, mi.Vector3f(normal)), 0)]
 
 
 def _view_of(given: Parameters, point: Any) -> Cap:

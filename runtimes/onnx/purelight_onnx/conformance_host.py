@@ -62,7 +62,7 @@ class OnnxHost:
         "appearance", "transparency", "sampler", "sampler_pdf", "fast_map", "frame",
         "square_to_disk", "disk_to_square", "cap", "cap_to_direction", "direction_to_cap",
         "area_to_solid_angle", "instance_radiance", "instance_sample", "view", "estimate",
-        "map_sample",
+        "map_estimate",
     )  # fmt: skip
 
     def __init__(self) -> None:
@@ -190,7 +190,9 @@ class OnnxHost:
         irradiance[hits.ray] = place.dimmer * radiance * weight[hits.ray, None]
         return {"irradiance": irradiance}
 
-    def _map_sample(self, given: Parameters, point: np.ndarray, u: np.ndarray) -> Arrays:
+    def _map_estimate(
+        self, given: Parameters, point: np.ndarray, normal: np.ndarray, u: np.ndarray
+    ) -> Arrays:
         place, rows = Placement(given), np.arange(len(point))
         start = place.point(point)
         cells = self.lamp.radiance_map(start).reshape(-1, 256, 3).astype(np.float64)
@@ -210,7 +212,8 @@ class OnnxHost:
         share *= cap.outside
         weight = place.dimmer * cells[rows, chosen] * share[:, None]
         toward = geometry.cap_to_direction(square, cap)
-        return {"toward": place.outward(toward), "weight": weight}
+        cosine = np.maximum((toward * place.direction(normal)).sum(1), 0)
+        return {"irradiance": weight * cosine[:, None]}
 
 
 def _sphere(given: Parameters) -> BoundingSphere:

@@ -57,5 +57,5 @@ def test_validate_command_explains_a_missing_file(installed: Path) -> None:
 
 def test_commands_are_installed(installed: Path) -> None:
     commands = {path.name for path in (installed / "bin").iterdir()}
-    family = ("train", "export", "validate", "inspect", "render", "view", "demo")
+    family = ("train", "export", "validate", "inspect", "conformance", "render", "view", "demo")
     assert {f"purelight-{name}" for name in family} <= commands
