@@ -200,7 +200,11 @@ class GridEncoding(nn.Module):
 
 
 class MLP(nn.Sequential):
-    """ReLU network with `depth` hidden layers of `width` neurons: [N, inputs] -> [N, outputs]."""
+    """ReLU network with `depth` hidden layers of `width` neurons: [N, inputs] -> [N, outputs].
+
+    If `mixed`, its products run in bfloat16 while it is trained; weights, results and all else
+    (encodings, splines, losses) stay in float32.
+    """
 
     def __init__(self, inputs: int, outputs: int, width: int, depth: int) -> None:
         sizes = [inputs] + [width] * depth
@@ -208,3 +212,11 @@ class MLP(nn.Sequential):
         for fan_in, fan_out in pairwise(sizes):
             layers += [nn.Linear(fan_in, fan_out), nn.ReLU()]
         super().__init__(*layers, nn.Linear(sizes[-1], outputs))
+        self.mixed = False
+
+    def forward(self, x: Tensor) -> Tensor:
+        if not (self.mixed and self.training):
+            result: Tensor = super().forward(x)
+            return result
+        with torch.autocast(x.device.type, torch.bfloat16):
+            return super().forward(x).to(x.dtype)

@@ -59,6 +59,7 @@ class Preset:
         reference_ratio: weight of the reference rays against the photons, for `logistic`.
         anchor_grid: grid over the ray's anchor (`surface_network`), or none.
         student_link: `log1p` or `log` (`student`).
+        mixed_precision: dense layers are trained in bfloat16 (`encodings.MLP`).
         The others are sizes, samples and steps of the networks they are named after.
     """
 
@@ -88,6 +89,7 @@ class Preset:
     fresh_records: bool = False
     anchor_grid: GridSize | None = None
     student_link: str = "log1p"
+    mixed_precision: bool = False
 
     def to_dict(self) -> dict[str, Any]:
         """A JSON-ready form of the preset."""
@@ -185,7 +187,7 @@ STANDARD = Preset(
 
 PAPER = Preset(
     name="paper",
-    paths=256 << 20,
+    paths=32 << 20,
     density_neighbours=1000,
     teacher_grid=GridSize(16, 2, 16, 2048, 1 << 20),
     teacher_flow=FlowSize(8, MLPSize(256, 5), 32),

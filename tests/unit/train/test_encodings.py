@@ -9,6 +9,7 @@ import pytest
 import torch
 
 from purelight_train.encodings import (
+    MLP,
     GridEncoding,
     SphericalHarmonics,
     WeightedLookup,
@@ -73,6 +74,20 @@ def test_lookup_gradient_matches_plain_indexing() -> None:
     (WeightedLookup.apply(table, index, weight) ** 2).sum().backward()
     ((twin[index] * weight[..., None]).sum(1) ** 2).sum().backward()
     torch.testing.assert_close(table.grad, twin.grad)
+
+
+def test_mixed_precision_is_for_training_only() -> None:
+    torch.manual_seed(0)
+    network = MLP(8, 3, 32, 2)
+    x = torch.randn(64, 8)
+    exact = network(x)
+    network.mixed = True
+    rounded = network(x)
+    assert rounded.dtype == torch.float32
+    assert 0 < float((rounded - exact).abs().max()) < 2e-2
+    rounded.sum().backward()
+    assert all(p.grad is not None and p.grad.dtype == torch.float32 for p in network.parameters())
+    torch.testing.assert_close(network.eval()(x), exact, atol=0, rtol=0)
 
 
 def test_one_blob_peaks_in_its_bin() -> None:

@@ -219,6 +219,35 @@ def test_other_run_in_the_way(run: Path, lamp: Path) -> None:
         train(lamp, run, preset=PRESETS["standard"], resume=True)
 
 
+def test_right_size(run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A loose target takes the smallest student, in a run that exports like any other."""
+    from purelight_format.errors import PureLightError
+    from purelight_train import right_size
+    from purelight_train.run_directory import RunDirectory
+
+    monkeypatch.setattr(right_size, "LINES", 1 << 17)
+    small = tmp_path / "small"
+    monkeypatch.setattr(right_size, "TRIAL", 10)
+    monkeypatch.setattr(right_size, "FULL", Optimisation(20, 1 << 11, 1e-2))
+    with pytest.raises(PureLightError, match="larger --target-error"):
+        right_size.right_size(run, small, 1e-4, "cpu")
+    assert list(tmp_path.iterdir()) == []
+    monkeypatch.setattr(right_size, "TRIAL", 60)
+    monkeypatch.setattr(right_size, "FULL", Optimisation(120, 1 << 11, 1e-2))
+    trials = right_size.right_size(run, small, 5.0, "cpu")
+    before, after = (RunDirectory.open(path).networks().student for path in (run, small))
+    sizes = [sum(p.numel() for p in student.parameters()) for student in (before, after)]
+    assert sizes[1] == trials[-1].rung.weights
+    assert len(trials) == 1
+    assert sizes[1] < 0.8 * sizes[0]
+    report = json.loads((small / "sizes.json").read_text())
+    assert report["trials"][-1]["expected_error"] <= 5
+    figures = [json.loads((path / "metrics.json").read_text()) for path in (run, small)]
+    np.testing.assert_allclose(figures[1]["student_flux"], figures[0]["student_flux"], rtol=0.02)
+    with pytest.raises(PureLightError, match="exists already"):
+        right_size.right_size(run, small, 5.0, "cpu")
+
+
 @pytest.mark.slow
 def test_killed_run_resumes(lamp: Path, run: Path, tmp_path: Path) -> None:
     """Kill -9 at random moments, resume until done: equal to the uninterrupted run."""

@@ -1,0 +1,51 @@
+"""Sizes of students: ordered, counted right, no larger than the surface can use."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from purelight_format.geometry import BoundingSphere
+from purelight_train.description import Description
+from purelight_train.presets import DRAFT, STANDARD, Preset
+from purelight_train.size_ladder import ladder, touched
+from purelight_train.student import Student
+
+LAMP = Description(
+    BoundingSphere((0.0, 0.0, 0.0), 1.0), (1.0, 1.0, 1.0), (0.0, 0.0, 0.0), 1.0,
+    (True, True, True), 1.0, 1,
+)  # fmt: skip
+
+
+class Disk:
+    """A flat surface: it touches few vertices of a fine grid."""
+
+    sphere = LAMP.sphere
+
+    def sample(self, count: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+        point = np.zeros((count, 3), np.float32)
+        point[:, :2] = rng.uniform(-0.7, 0.7, (count, 2))
+        return point, np.tile(np.float32([0, 0, 1]), (count, 1))
+
+
+def test_touched_counts_the_corners_of_cells() -> None:
+    assert touched(np.array([[0.1, 0.1, 0.1]]), 4) == 8
+    assert touched(np.array([[0.1, 0.1, 0.1], [0.3, 0.1, 0.1]]), 4) == 12
+    assert touched(np.array([[1.0, 1.0, 1.0]]), 4) == 8
+
+
+@pytest.mark.parametrize("anchor", [False, True])
+@pytest.mark.parametrize("base", [DRAFT, STANDARD])
+def test_ladder_climbs_to_the_preset(base: Preset, anchor: bool) -> None:
+    preset = base.for_route("photons", anchor=anchor)
+    rungs = ladder(preset, Disk(), np.random.default_rng(0))  # type: ignore[arg-type]
+    macs = [rung.macs for rung in rungs]
+    assert macs == sorted(macs)
+    assert macs[0] < 0.1 * macs[-1]
+    assert rungs[-1].preset.student_network == preset.student_network
+    for rung in rungs:
+        student = Student(LAMP, rung.preset)
+        assert rung.weights == sum(p.numel() for p in student.parameters())
+        layers = [m.weight.numel() for m in student.network if hasattr(m, "weight")]
+        assert rung.macs == sum(layers)
+        assert rung.preset.student_grid.table_size <= preset.student_grid.table_size
