@@ -101,12 +101,30 @@ class ExitSurface:
         """Points uniform by area and their unit normals: two arrays [count, 3]."""
         weight = self.triangle_area / self.triangle_area.sum()
         chosen = rng.choice(len(weight), size=count, p=weight)
-        u, v = rng.random((2, count))
+        return self._points(chosen, rng.random((2, count)), rng)
+
+    def sample_evenly(self, count: int, rng: np.random.Generator) -> tuple[Float, Float]:
+        """As `sample`, but spread out: sums over the points have far less noise.
+
+        Triangles take turns in proportion to their area (systematic sampling), points within one
+        follow the R2 sequence (Roberts 2018).
+        """
+        cumulative = np.cumsum(self.triangle_area)
+        turn = (np.arange(count) + rng.random()) * (cumulative[-1] / count)
+        chosen = np.minimum(np.searchsorted(cumulative, turn, "right"), len(cumulative) - 1)
+        step = np.array([[0.7548776662466927], [0.5698402909980532]])
+        return self._points(chosen, (rng.random((2, 1)) + step * np.arange(count)) % 1, rng)
+
+    def _points(
+        self, chosen: NDArray[np.int64], square: NDArray[np.float64], rng: np.random.Generator
+    ) -> tuple[Float, Float]:
+        """Points of triangles from numbers in the unit square, and their normals."""
+        u, v = square
         root = np.sqrt(u)
         bary = np.stack((1 - root, root * (1 - v), root * v), 1)
         corner = self.positions[self.triangles[chosen]]
         normal = self._cross[chosen] / np.linalg.norm(self._cross[chosen], axis=1, keepdims=True)
-        normal[self.two_sided[chosen] & (rng.random(count) < 0.5)] *= -1
+        normal[self.two_sided[chosen] & (rng.random(len(chosen)) < 0.5)] *= -1
         point = np.einsum("nk,nkd->nd", bary, corner)
         return point.astype(np.float32), normal.astype(np.float32)
 
