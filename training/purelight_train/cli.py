@@ -6,6 +6,7 @@ import argparse
 import os
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from purelight_format.errors import PureLightError
@@ -22,7 +23,11 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--anchor", action=argparse.BooleanOptionalAction,
                         help="encode where a ray passes the lamp's centre: sharper through glass; "
                         "on for --route photons")  # fmt: skip
+    parser.add_argument("--mixed-precision", action="store_true",
+                        help="train dense layers in bfloat16: for GPUs")  # fmt: skip
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--early-stop", action="store_true",
+                        help="end once the error on held-out light stops falling")  # fmt: skip
     parser.add_argument("--report", action=argparse.BooleanOptionalAction, default=True,
                         help="write report.html into the run directory")  # fmt: skip
     parser.add_argument("--resume", action="store_true", help="continue an interrupted run")
@@ -55,9 +60,11 @@ def _train(arguments: argparse.Namespace) -> int:
     from purelight_train.pipeline import start
 
     anchor = arguments.route == "photons" if arguments.anchor is None else arguments.anchor
+    preset = replace(PRESETS[arguments.preset], mixed_precision=arguments.mixed_precision)
     training = start(
-        arguments.luminaire, arguments.output, PRESETS[arguments.preset], arguments.seed, device,
+        arguments.luminaire, arguments.output, preset, arguments.seed, device,
         resume=arguments.resume, route=arguments.route, anchor=anchor,
+        early_stop=arguments.early_stop,
     )  # fmt: skip
     metrics = training()
     if arguments.report:

@@ -60,15 +60,24 @@ def fidelity(
         not trained on, in nats over a uniform Lambertian surface of the same flux.
     """
     flux, error = surface_flux(surface, radiance, FLUX_SAMPLES, rng)
-    value = radiance(held_out.position, held_out.normal, held_out.direction)
-    density = value.sum(1) / flux.sum() * (np.pi * surface.area)
-    power = held_out.weight.sum(1, dtype=np.float64)
-    gain = np.average(np.log(np.maximum(density, 1e-6)), weights=power)
     return {
         "student_flux": flux.tolist(),
         "student_flux_error": error.tolist(),
-        "held_out_gain_nats": float(gain),
+        "held_out_gain_nats": _gain(radiance, surface, held_out, float(flux.sum())),
     }
+
+
+def held_out_gain(radiance: Radiance, surface: ExitSurface, held_out: ExitRecords) -> float:
+    """`fidelity`'s likelihood in a tenth of its time, with the same random numbers every time."""
+    flux, _ = surface_flux(surface, radiance, FLUX_SAMPLES >> 4, np.random.default_rng(0))
+    return _gain(radiance, surface, held_out.take(slice(FLUX_SAMPLES >> 6)), float(flux.sum()))
+
+
+def _gain(radiance: Radiance, surface: ExitSurface, held_out: ExitRecords, flux: float) -> float:
+    value = radiance(held_out.position, held_out.normal, held_out.direction)
+    density = value.sum(1) / flux * (np.pi * surface.area)
+    power = held_out.weight.sum(1, dtype=np.float64)
+    return float(np.average(np.log(np.maximum(density, 1e-6)), weights=power))
 
 
 def write_previews(

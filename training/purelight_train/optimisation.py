@@ -14,6 +14,7 @@ import torch
 from safetensors.torch import load_file
 from torch import Tensor, nn
 
+from purelight_train.early_stop import EarlyStop
 from purelight_train.presets import Optimisation
 from purelight_train.run_directory import RunDirectory
 
@@ -88,6 +89,7 @@ def optimise(
     seed: int,
     checkpoint: Path,
     progress: Progress,
+    stop: EarlyStop | None = None,
 ) -> Trace:
     """Minimise `loss` over the module's parameters.
 
@@ -98,6 +100,7 @@ def optimise(
     Arguments:
         loss: takes the step's random generator and returns a scalar.
         checkpoint: file for unfinished work; continued from if present, removed at the end.
+        stop: may end it before all steps are taken.
     """
     parameters = [p for p in module.parameters() if p.requires_grad]
     adam = torch.optim.Adam(parameters, betas=(0.9, 0.99), eps=1e-12, fused=True)
@@ -105,8 +108,11 @@ def optimise(
     first = _restore(checkpoint, module, adam, parameters, usual)
     trace, recent, saved = Trace(), [], time.monotonic()
     for step in range(first, settings.steps):
+        factor = stop.factor(step, settings.steps) if stop else 1.0
+        if factor == 0:
+            break
         for group in adam.param_groups:
-            group["lr"] = learning_rate(step, settings)
+            group["lr"] = factor * learning_rate(step, settings)
         torch.manual_seed(seed * 1_000_003 + step)
         value = loss(np.random.default_rng([seed, step]))
         adam.zero_grad(set_to_none=True)
@@ -123,10 +129,14 @@ def optimise(
             trace.losses.append(float(np.mean(recent)))
             recent.clear()
             progress(step + 1, trace.losses[-1])
+            if stop:
+                stop.check(step + 1, settings.steps)
         if time.monotonic() - saved > CHECKPOINT_SECONDS:
             _store(checkpoint, module, adam, parameters, usual, step + 1)
             saved = time.monotonic()
     checkpoint.unlink(missing_ok=True)
+    if stop:
+        stop.done()
     module.eval()
     return trace
 

@@ -169,12 +169,14 @@ def start(
     resume: bool,
     route: str = "teacher",
     anchor: bool = False,
+    early_stop: bool = False,
 ) -> Training:
     """Prepare a run directory for a luminaire, or continue one.
 
     Arguments:
         route: one of `routes.ROUTES`.
         anchor: whether the student encodes the ray's anchor (`surface_network`).
+        early_stop: end optimisations whose error on held-out light has stopped falling.
 
     Raises:
         PureLightError: the directory holds another run, or a run and `resume` is not set.
@@ -193,7 +195,7 @@ def start(
     known = (output / "config.json").is_file()
     if known:
         _require_same(run, config, resume=resume)
-    stages = Stages(run, seed, torch.device(device), ROUTES[route].names)
+    stages = Stages(run, seed, torch.device(device), ROUTES[route].names, early_stop)
     training = Training(ROUTES[route](TracedLamp(scene, preset.paths, stages), preset, stages))
     if not known:
         training.lamp.description  # noqa: B018 - a faulty or dark lamp must leave nothing behind

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
+import numpy as np
+import torch
+
 from purelight_train.cap_samples import Radiance
-from purelight_train.evaluation import as_function, close_flux
+from purelight_train.evaluation import as_function, close_flux, held_out_gain
 from purelight_train.photon_batches import PhotonBatches
 from purelight_train.photon_loss import chosen_loss, student_loss
 from purelight_train.positional_density import PositionalDensity
@@ -16,6 +20,8 @@ from purelight_train.student import Student
 from purelight_train.teacher import DirectionalFlow, FreshBatches, PowerBatches, Teacher
 from purelight_train.traced_lamp import TracedLamp
 from purelight_train.training_sets import distillation_set
+
+HELD_OUT_BATCH = 1 << 14
 
 
 @dataclass
@@ -44,9 +50,15 @@ class Route:
         """The trained student, its flux closed."""
         student = self.stages.build("student", Student, self.lamp.description, self.preset)
         self.stages.train(
-            "student", student, self.loss, self.optimisation, lambda: self._close(student)
-        )
+            "student", student, self.loss, self.optimisation, lambda: self._close(student),
+            self._held_out,
+        )  # fmt: skip
         return student
+
+    def _held_out(self, student: Student) -> Callable[[], float]:
+        """The student's error on held-out light, in nats."""
+        radiance, lamp = as_function(student, self.stages.device), self.lamp
+        return lambda: -held_out_gain(radiance, lamp.surface, lamp.held_out)
 
     def _close(self, student: Student) -> None:
         radiance = as_function(student, self.stages.device)
@@ -78,8 +90,21 @@ class TeacherRoute(Route):
     def teacher(self) -> Teacher:
         description = self.lamp.description
         flow = self.stages.build("teacher", DirectionalFlow, description, self.preset)
-        self.stages.train("teacher", flow, self._teacher_loss, self.preset.teacher)
+        self.stages.train(
+            "teacher", flow, self._teacher_loss, self.preset.teacher, held_out=self._held_out_flow
+        )
         return Teacher(description, self.lamp.surface, self.density, flow)
+
+    def _held_out_flow(self, flow: DirectionalFlow) -> Callable[[], float]:
+        """The flow's error on directions of held-out light, in nats."""
+        batches = PowerBatches(self.lamp.held_out, self.stages.device)
+        drawn = batches.draw(np.random.default_rng(0), HELD_OUT_BATCH)
+
+        @torch.no_grad()
+        def error() -> float:
+            return -float(flow.log_pdf_projected(*drawn).mean())
+
+        return error
 
     def _teacher_loss(self, flow: DirectionalFlow) -> Loss:
         device, size = self.stages.device, self.preset.teacher.batch

@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 from torch import Tensor, nn
 
 from purelight_train.description import Description
+from purelight_train.early_stop import EarlyStop
+from purelight_train.encodings import MLP
 from purelight_train.optimisation import optimise
 from purelight_train.presets import Optimisation, Preset
 from purelight_train.progress import Bar
@@ -35,6 +37,7 @@ class Stages:
 
     Arguments:
         names: the stages of this run, in order, for the progress bars.
+        early_stop: end optimisations whose held-out error has stopped falling (`early_stop`).
         seconds: time of the stages so far that train no network.
     """
 
@@ -42,6 +45,7 @@ class Stages:
     seed: int
     device: torch.device
     names: tuple[str, ...] = STAGES
+    early_stop: bool = False
     seconds: dict[str, float] = field(default_factory=dict)
 
     def bar(self, name: str, total: int, unit: str) -> Bar:
@@ -63,7 +67,11 @@ class Stages:
     ) -> Module:
         """A network with initial weights that depend on the seed and the stage only."""
         torch.manual_seed(self.seed * 1009 + STAGES.index(name))
-        return kind(description, preset).to(self.device)
+        module = kind(description, preset).to(self.device)
+        for part in module.modules():
+            if isinstance(part, MLP):
+                part.mixed = preset.mixed_precision
+        return module
 
     def train(
         self,
@@ -72,12 +80,14 @@ class Stages:
         loss: Callable[[Module], Loss],
         settings: Optimisation,
         finish: Callable[[], None] = lambda: None,
+        held_out: Callable[[Module], Callable[[], float]] | None = None,
     ) -> None:
         """Optimise a network, or load it when an earlier run finished it.
 
         Arguments:
             loss: makes the objective; called only when there is something to optimise.
             finish: called before the network is stored.
+            held_out: makes the network's error on held-out data, for an early stop.
         """
         if self.run.finished(name):
             self.run.load(name, module)
@@ -85,9 +95,12 @@ class Stages:
             return
         objective, seed = loss(module), self.seed * 1009 + STAGES.index(name)
         checkpoint = self.run.path / "checkpoints" / f"{name}.safetensors"
+        stop = None
+        if self.early_stop and held_out:
+            stop = EarlyStop(held_out(module), checkpoint.with_suffix(".stop.json"))
         start = time.monotonic()
         with self.bar(name, settings.steps, "step") as update:
-            trace = optimise(module, objective, settings, seed, checkpoint, update)
+            trace = optimise(module, objective, settings, seed, checkpoint, update, stop)
         finish()
         record = {"seconds": round(time.monotonic() - start, 2), **trace.to_dict()}
         self.run.save(name, module, record)
