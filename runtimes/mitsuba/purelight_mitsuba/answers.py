@@ -9,6 +9,7 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
+from purelight_mitsuba.light import Light
 from purelight_mitsuba.luminaire import Luminaire
 from purelight_mitsuba.queries import finite
 from purelight_mitsuba.walk import Question
@@ -29,7 +30,7 @@ class Answers:
         self._luminaires = luminaires
         self._compiled = [compiled(luminaire) for luminaire in luminaires]
 
-    def add(self, light: mi.Color3f, question: Question, lane: mi.UInt32) -> int:
+    def add(self, light: Light, question: Question, lane: mi.UInt32) -> int:
         """Adds weighted radiance to the light of lanes; returns how many answers were spoilt."""
         spoilt = 0
         for index, luminaire in enumerate(self._luminaires):
@@ -40,7 +41,7 @@ class Answers:
             surface = (own.position, own.normal, own.outgoing)
             evaluate = _compiled if self._compiled[index] else _batched
             radiance, bad = finite(evaluate(luminaire, surface))
-            dr.scatter_add(light, radiance * own.weight, dr.gather(mi.UInt32, lane, chosen))
+            light.scatter(radiance * own.weight, dr.gather(mi.UInt32, lane, chosen), own.group)
             dr.eval(light, bad)
             spoilt += int(dr.sum(bad)[0])
         return spoilt

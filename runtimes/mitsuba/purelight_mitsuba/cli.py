@@ -27,6 +27,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--camera", help="of a USD stage, the path of its prim")
     parser.add_argument("--frame", type=float, help="of a USD stage, its time code")
     parser.add_argument("--aovs", action="store_true", help="add albedo, normal and depth layers")
+    parser.add_argument("--light-groups", action="store_true", help="add a layer per lamp's light")
     parser.add_argument("--denoise", action="store_true", help="needs an NVIDIA GPU (OptiX)")
     parser.add_argument("--variant", default="llvm_ad_rgb")
     parser.add_argument("--seed", type=int, default=0)
@@ -82,14 +83,17 @@ def _render(arguments: argparse.Namespace) -> int:
     scene = _load(arguments)
     if arguments.width is not None:
         passes.resize(scene, arguments.width)
-    integrator = passes.integrator_for(scene, arguments.mode, arguments.engine)
+    integrator = passes.integrator_for(
+        scene, arguments.mode, arguments.engine, light_groups=arguments.light_groups or None
+    )
     spp = arguments.spp or scene.sensors()[0].sampler().sample_count()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", SpoiltWarning)
-        image = passes.render_passes(scene, integrator, spp, arguments.seed, progress=True)
+        image, layers = passes.render_passes(scene, integrator, spp, arguments.seed, progress=True)
     if arguments.denoise:
         image = passes.denoise(image)
-    layers = first_hit.layers(scene, arguments.seed) if arguments.aovs else {}
+    if arguments.aovs:
+        layers |= first_hit.layers(scene, arguments.seed)
     write_exr(arguments.output, image, layers=layers)
     preview = arguments.output.with_suffix(".png")
     atomic.write_bytes(preview, png(image))

@@ -20,7 +20,8 @@ class BundleEmitter(mi.Emitter):
 
     Properties: `filename` (the bundle; a relative path is looked up beside the scene file),
     `to_world` (rotation, uniform scale and translation), `dimmer` (factor on the radiance,
-    default 1), `check_vectors` (default true: networks are compared with the bundle's golden
+    default 1), `light_group` (default the lamp's id, without one the bundle's name),
+    `check_vectors` (default true: networks are compared with the bundle's golden
     vectors before their first use; the last lamp of a bundle decides for all of that bundle).
     `mi.traverse` exposes `to_world` and `dimmer`. A bundle that was written anew is read again
     before the next rendering.
@@ -37,6 +38,9 @@ class BundleEmitter(mi.Emitter):
         self.path = path
         self.luminaire: Luminaire = load(path)
         self.luminaire.check_vectors = bool(props.get("check_vectors", True))
+        name = self.id()
+        usual = path.stem if name.startswith("_") or not name else name
+        self.light_group = str(props.get("light_group", usual))
         self.dimmer = mi.Float(props.get("dimmer", 1.0))
         matrix = np.eye(4)
         if "to_world" in props:

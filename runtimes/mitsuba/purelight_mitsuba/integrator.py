@@ -16,6 +16,7 @@ from purelight_mitsuba.aimed import AimedLamps, Numbers
 from purelight_mitsuba.emitter import PureLightEmitter
 from purelight_mitsuba.film_passes import accumulate, sample_counts
 from purelight_mitsuba.lamps import Lamps
+from purelight_mitsuba.light import Light, group_names
 from purelight_mitsuba.queries import Queries
 from purelight_mitsuba.queued import Queue, ShadowRays, Waiting
 from purelight_mitsuba.stock import StockEmitters
@@ -39,7 +40,7 @@ class Path:
 
     ray: mi.Ray3f
     throughput: mi.Color3f
-    light: mi.Color3f
+    light: Light
     eta: mi.Float
     depth: mi.UInt32
     previous: mi.Interaction3f
@@ -60,6 +61,7 @@ class SceneParts:
     aimed: AimedLamps | None
     walk: Walk | None
     later: ShadowRays | None
+    groups: list[str]
 
 
 class PureLightIntegrator(mi.SamplingIntegrator):
@@ -73,7 +75,9 @@ class PureLightIntegrator(mi.SamplingIntegrator):
     or `fast` (both by the radiance map; camera rays, mirrors and sharp reflections still see the
     appearance network); `engine`: `fused` evaluates networks where a path needs them, `queued` most
     of them in batches afterwards, `auto` chooses by the cost that bundles state; `max_depth`
-    (default unlimited), `rr_depth` (default 5), `hide_emitters`.
+    (default unlimited), `rr_depth` (default 5), `hide_emitters`; `light_groups` (default false)
+    adds a layer for each lamp, or each group of lamps with the same `light_group`, and one for all
+    of Mitsuba's emitters; their sum is the picture.
     """
 
     def __init__(self, props: mi.Properties) -> None:
@@ -86,6 +90,7 @@ class PureLightIntegrator(mi.SamplingIntegrator):
         self.engine = str(props.get("engine", "auto"))
         if self.engine not in ENGINES:
             raise PureLightError(f"engine {self.engine} is none of {', '.join(ENGINES)}")
+        self.light_groups = bool(props.get("light_groups", False))
         depth = int(props.get("max_depth", -1))
         self.max_depth = 0xFFFFFFFF if depth < 0 else depth
         self.rr_depth = int(props.get("rr_depth", 5))
@@ -126,6 +131,10 @@ class PureLightIntegrator(mi.SamplingIntegrator):
     def spoilt_message(self) -> str:
         return f"{self.spoilt} answers of networks were infinite or no number; they count as dark"
 
+    def aov_names(self) -> list[str]:
+        groups = self._parts.groups if self._parts else []
+        return [f"light.{name}.{channel}" for name in groups for channel in "RGB"]
+
     def to_string(self) -> str:
         return f"PureLightIntegrator[{self.mode}]"
 
@@ -142,13 +151,15 @@ class PureLightIntegrator(mi.SamplingIntegrator):
         key = (
             self.mode,
             self.engine,
+            self.light_groups,
             *scene.emitters(),
-            *((e.placement, e.level, e.luminaire) for e in emitters),
+            *((e.placement, e.level, e.luminaire, e.light_group) for e in emitters),
         )
         if self._parts is None or self._parts.key != key:
-            self._parts = SceneParts(key, StockEmitters(scene), None, None, None)
+            groups = group_names(emitters) if self.light_groups else []
+            self._parts = SceneParts(key, StockEmitters(scene), None, None, None, groups)
             if emitters:
-                lamps = Lamps(emitters, scene)
+                lamps = Lamps(emitters, scene, groups)
                 queries = Queries(lamps, fast=self.mode == "fast")
                 self._parts.aimed = AimedLamps(lamps, queries)
                 self._parts.walk = Walk(lamps, queries)
@@ -175,7 +186,7 @@ class PureLightIntegrator(mi.SamplingIntegrator):
     ) -> tuple[mi.Color3f, mi.Bool, list[mi.Float]]:
         parts = self.prepare(scene)
         path = Path(
-            mi.Ray3f(ray), mi.Color3f(1), mi.Color3f(0), mi.Float(1), mi.UInt32(0),
+            mi.Ray3f(ray), mi.Color3f(1), Light.dark(len(parts.groups)), mi.Float(1), mi.UInt32(0),
             dr.zeros(mi.Interaction3f), mi.Float(1), mi.Bool(True), mi.Bool(False), mi.UInt32(0),
             mi.UInt32(NONE), mi.Bool(active),
         )  # fmt: skip
@@ -184,7 +195,8 @@ class PureLightIntegrator(mi.SamplingIntegrator):
         else:
             path = self._queue(scene, parts, parts.later, path, sampler)
         dr.scatter_add(self._spoilt, path.spoilt, mi.UInt32(0), path.spoilt > 0)
-        return path.light, path.seen, []
+        layers = [part[channel] for part in path.light.groups for channel in range(3)]
+        return path.light.total, path.seen, layers
 
     def _queue(
         self,
@@ -196,7 +208,7 @@ class PureLightIntegrator(mi.SamplingIntegrator):
     ) -> Path:
         """Traces paths as far as the queue goes, empties it, and goes on until all have ended."""
         queue, stock = Queue(dr.width(path.ray)), parts.stock.none()
-        light = mi.Color3f(0)
+        light = Light.dark(len(parts.groups))
         pending = path.active
         while dr.any(pending):
             path.slot = queue.open(path.active)
@@ -204,7 +216,7 @@ class PureLightIntegrator(mi.SamplingIntegrator):
             pending = _any(path.active, *stock)
             sampler.schedule_state()
             dr.eval(path, stock, pending)
-            found, spoilt = later(scene, queue)
+            found, spoilt = later(scene, queue, len(parts.groups))
             light = light + found
             dr.scatter_add(self._spoilt, mi.UInt32(spoilt), mi.UInt32(0))
         path.light = path.light + light
@@ -257,8 +269,11 @@ class PureLightIntegrator(mi.SamplingIntegrator):
             path.spoilt = path.spoilt + spoilt
             path.seen = path.seen | (visible & (dr.min(through) < 1))
         else:
-            light = sum((dr.select(s.active, s.weight, 0) for s in stock), mi.Color3f(0))
-        path.light = path.light + light + parts.stock.hit(scene, si, path, self.hide_emitters)
+            light = Light.dark(len(parts.groups))
+            for segment in stock:
+                light = light.add(dr.select(segment.active, segment.weight, 0))
+        hit = parts.stock.hit(scene, si, path, self.hide_emitters)
+        path.light = (path.light + light).add(hit)
 
         onward = path.active & si.is_valid() & (path.depth + 1 < self.max_depth)
         bsdf, context = si.bsdf(path.ray), mi.BSDFContext()

@@ -93,6 +93,7 @@ class Lamps:
     Arguments:
         emitters: The lamps, at least one.
         room: The scene without them, which CUDA needs to share its ray-tracing pipeline.
+        groups: Names of light groups to keep apart, the first one of Mitsuba's own emitters.
 
     Attributes:
         luminaires: The different bundles among them.
@@ -101,7 +102,12 @@ class Lamps:
         dark: Whether no lamp shines.
     """
 
-    def __init__(self, emitters: Sequence[PureLightEmitter], room: mi.Scene) -> None:
+    def __init__(
+        self, emitters: Sequence[PureLightEmitter], room: mi.Scene, groups: Sequence[str] = ()
+    ) -> None:
+        self.groups = tuple(groups)
+        if self.groups:
+            self._groups = mi.UInt32([self.groups.index(e.light_group) for e in emitters])
         self.single = len(emitters) == 1
         self.luminaires: list[Luminaire] = list(dict.fromkeys(e.luminaire for e in emitters))
         self._scene = _scene(emitters, room)
@@ -121,6 +127,10 @@ class Lamps:
         facet = dr.gather(mi.Vector4f, self._facets, found.prim_index, valid)
         normal = mi.Normal3f(facet.x, facet.y, facet.z)
         return Hit(valid, found.t, mi.UInt32(facet.w), found.prim_index, normal)
+
+    def group(self, lamp: mi.UInt32, active: mi.Bool) -> mi.UInt32:
+        """Looks up the light groups of lamps."""
+        return dr.gather(mi.UInt32, self._groups, lamp, active) if self.groups else mi.UInt32(0)
 
     def first_facet(self, lamp: mi.UInt32) -> mi.UInt32:
         """Looks up where the triangles of lamps begin among those of all."""

@@ -43,7 +43,11 @@ def reason(text: str) -> str:
 
 
 def integrator_for(
-    scene: mi.Scene, mode: str | None = None, engine: str | None = None
+    scene: mi.Scene,
+    mode: str | None = None,
+    engine: str | None = None,
+    *,
+    light_groups: bool | None = None,
 ) -> PureLightIntegrator:
     """The scene's integrator if it is PureLight's, else one with default settings."""
     integrator = scene.integrator()
@@ -53,6 +57,8 @@ def integrator_for(
         integrator.mode = mode
     if engine is not None:
         integrator.engine = engine
+    if light_groups is not None:
+        integrator.light_groups = light_groups
     integrator.prepare(scene)
     return integrator
 
@@ -64,7 +70,7 @@ def render_passes(
     seed: int = 0,
     *,
     progress: bool = False,
-) -> np.ndarray:
+) -> tuple[np.ndarray, dict[str, np.ndarray]]:
     """Renders the scene's first sensor.
 
     Arguments:
@@ -73,21 +79,24 @@ def render_passes(
         progress: Whether to show a bar with the time left.
 
     Returns:
-        [H, W, 3] float32, linear.
+        The picture, [H, W, 3] float32, linear; and its light groups by name, if the integrator
+        keeps them apart.
     """
     pixels = int(np.prod(scene.sensors()[0].film().crop_size()))
     count = max(1, -(-spp * pixels // SAMPLES))
     counts = [len(part) for part in np.array_split(np.arange(spp), min(count, spp))]
     seeds = np.random.SeedSequence(seed).generate_state(len(counts))
-    total: np.ndarray | None = None
+    names = [name[: -len(".R")] for name in integrator.aov_names()[::3]]
+    total = np.zeros(())
     with tqdm(total=spp, unit="spp", disable=not progress) as bar:
         for samples, own in zip(counts, seeds, strict=True):
             image = mi.render(scene, integrator=integrator, spp=samples, seed=int(own))
-            part = np.array(image)[..., :3].astype(np.float64) * samples
-            total = part if total is None else total + part
+            total = total + np.array(image).astype(np.float64) * samples
             bar.update(samples)
-    assert total is not None
-    return (total / spp).astype(np.float32)
+    mean = (total / spp).astype(np.float32)
+    first = mean.shape[-1] - 3 * len(names)  # The film may add alpha to the picture.
+    groups = {name: mean[..., first + 3 * k :][..., :3] for k, name in enumerate(names)}
+    return mean[..., :3], groups
 
 
 def resize(scene: mi.Scene, width: int) -> None:

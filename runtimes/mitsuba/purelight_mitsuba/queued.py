@@ -15,6 +15,7 @@ import mitsuba as mi
 
 from purelight_mitsuba.aimed import AimedLamps, Numbers
 from purelight_mitsuba.answers import Answers
+from purelight_mitsuba.light import Light
 from purelight_mitsuba.luminaire import Luminaire
 from purelight_mitsuba.walk import NONE, Walk
 
@@ -101,13 +102,13 @@ class ShadowRays:
     def __init__(self, aimed: AimedLamps, walk: Walk, luminaires: Sequence[Luminaire]) -> None:
         self._aimed, self._walk, self._answers = aimed, walk, Answers(luminaires)
 
-    def __call__(self, scene: mi.Scene, queue: Queue) -> tuple[mi.Color3f, int]:
+    def __call__(self, scene: mi.Scene, queue: Queue, groups: int) -> tuple[Light, int]:
         """Empties a queue.
 
         Returns:
             Light for each path, and how many answers of networks were spoilt.
         """
-        light, vertex = dr.zeros(mi.Color3f, len(queue.lane)), queue.take()
+        light, vertex = Light.dark(groups, len(queue.lane)), queue.take()
         if vertex is None:
             return light, 0
         ray = mi.Ray3f(vertex.origin, vertex.direction)
@@ -115,7 +116,7 @@ class ShadowRays:
         bsdf, everywhere = si.bsdf(ray), mi.Bool(True)
         (segment,) = self._aimed.aim(scene, si, bsdf, vertex, vertex.numbers, everywhere)
         known, question, spoilt = self._walk.ask(segment)
-        dr.scatter_add(light, known, vertex.lane)
+        light.scatter_all(known, vertex.lane)
         spoilt = spoilt + vertex.spoilt
         dr.eval(light, question, vertex.lane, spoilt)
         more = self._answers.add(light, question, vertex.lane)

@@ -9,6 +9,7 @@ import drjit as dr
 import mitsuba as mi
 
 from purelight_mitsuba.lamps import Hit, Lamps, Place
+from purelight_mitsuba.light import OTHERS, Light
 from purelight_mitsuba.queries import Queries, surface
 from purelight_mitsuba.surface_sampler import share
 
@@ -82,6 +83,7 @@ class Question:
     Arguments:
         weight: What the radiance is worth to the pixel.
         asset: Index of the luminaire.
+        group: Light group of the lamp.
     """
 
     position: mi.Point3f
@@ -89,6 +91,7 @@ class Question:
     outgoing: mi.Vector3f
     weight: mi.Color3f
     asset: mi.UInt32
+    group: mi.UInt32
     asked: mi.Bool
 
 
@@ -102,15 +105,15 @@ class Progress:
     passed: mi.UInt64
     through: mi.Color3f
     survived: mi.Color3f
-    light: mi.Color3f
+    light: Light
     spoilt: mi.UInt32
     question: Question
 
     @staticmethod
-    def begin() -> Progress:
+    def begin(groups: int) -> Progress:
         return Progress(
             mi.UInt32(0), mi.Float(0), mi.UInt32(NONE), mi.UInt64(0), mi.Color3f(1), mi.Color3f(1),
-            mi.Color3f(0), mi.UInt32(0), dr.zeros(Question),
+            Light.dark(groups), mi.UInt32(0), dr.zeros(Question),
         )  # fmt: skip
 
 
@@ -126,7 +129,7 @@ class Walk:
         vertex: Vertex,
         stock: Sequence[Segment],
         aimed: Sequence[Segment],
-    ) -> tuple[mi.Color3f, mi.Color3f, mi.UInt32]:
+    ) -> tuple[Light, mi.Color3f, mi.UInt32]:
         """Follows a path's own segment and the shadow rays of its last vertex.
 
         Arguments:
@@ -141,7 +144,7 @@ class Walk:
         end = self._follow([view, *stock, *aimed], vertex)
         return end.light, end.survived, end.spoilt
 
-    def ask(self, aimed: Segment) -> tuple[mi.Color3f, Question, mi.UInt32]:
+    def ask(self, aimed: Segment) -> tuple[Light, Question, mi.UInt32]:
         """Follows a shadow ray to a lamp without evaluating the lamp's radiance.
 
         Returns:
@@ -156,7 +159,7 @@ class Walk:
             return (self._step(now, _choose(segments, now.turn), vertex),)
 
         (end,) = dr.while_loop(
-            (Progress.begin(),),
+            (Progress.begin(len(self._lamps.groups)),),
             lambda now: now.turn < len(segments),
             body,
             label="walk among the lamps",
@@ -177,18 +180,20 @@ class Walk:
         seen = target & ((on.facet == ANY) | (on.facet == hit.facet))
 
         arriving = now.through * on.weight
-        light = now.light + dr.select(target & (on.facet == NONE), arriving, 0)
+        group = self._lamps.group(hit.lamp, hit.valid)
+        light = now.light.add(dr.select(target & (on.facet == NONE), arriving, 0), group)
         question, spoilt = now.question, mi.UInt32(0)
         if vertex is None:
             asked = Question(
-                *surface(place, hit, p, on.direction), arriving * place.dimmer, place.asset, seen
-            )
+                *surface(place, hit, p, on.direction), arriving * place.dimmer, place.asset, group,
+                seen,
+            )  # fmt: skip
             question = dr.select(seen, asked, question)
         else:
             shining = (fresh & viewing) | seen
             radiance, spoilt = self._queries.radiance(place, hit, p, on.direction, shining)
             part, spoilt_pdf = self._part(on, distance, place, hit, vertex, shining & viewing)
-            light = light + dr.select(shining, arriving * radiance * part, 0)
+            light = light.add(dr.select(shining, arriving * radiance * part, 0), group)
             spoilt = spoilt + spoilt_pdf
         blocking, spoilt_through = self._queries.transmittance(
             place, hit, p, on.direction, fresh & ~target
@@ -197,7 +202,7 @@ class Walk:
 
         end = ~(hit.valid & (dr.max(through) > 0)) | target | self._lamps.single
         arrives = end & ~target & on.active & on.open
-        light = light + dr.select(arrives, through * on.weight, 0)
+        light = light.add(dr.select(arrives, through * on.weight, 0), self._source(on))
         return Progress(
             turn=now.turn + dr.select(end, mi.UInt32(1), mi.UInt32(0)),
             start=dr.select(end, 0, _beyond(on, p, distance, place)),
@@ -209,6 +214,11 @@ class Walk:
             spoilt=now.spoilt + spoilt + spoilt_through,
             question=question,
         )
+
+    def _source(self, on: Segment) -> mi.UInt32:
+        """The light group of a shadow ray's end."""
+        lamp = on.lamp != NONE
+        return dr.select(lamp, self._lamps.group(on.lamp, lamp), OTHERS)
 
     def _part(
         self,

@@ -63,6 +63,16 @@ def test_layers_lie_beside_the_picture(scene: Path) -> None:
     assert shape == (8, 12)
 
 
+def test_light_groups_lie_beside_the_picture(scene: Path) -> None:
+    output = scene.with_name("out.exr")
+    assert main([str(scene), "--output", str(output), "--light-groups", "--spp", "9"]) == 0
+    with OpenEXR.File(str(output)) as file:
+        layers = {name: channel.pixels for name, channel in file.channels().items()}
+    whole = layers.pop("RGB")
+    assert sorted(layers) == ["light.ball", "light.others"]
+    np.testing.assert_allclose(sum(layers.values()), whole, rtol=1e-4, atol=1e-5)
+
+
 @pytest.mark.parametrize("integrator", ["", '<integrator type="path"/>'])
 def test_other_integrators_are_replaced(scene: Path, integrator: str) -> None:
     scene.write_text(SCENE.format(integrator=integrator))
