@@ -62,8 +62,8 @@ VARIANTS = {
     "photons-anchor-triple": Variant("photons", True, {"_steps": DRAFT.photons.steps * 3}),
     "photons-anchor-wide": Variant("photons", True, {"_batch": 1 << 13}),
     "photons-anchor-poisson": Variant("photons", True, {"photon_loss": "poisson"}),
-    "photons-anchor-ratio-1": Variant("photons", True, {"reference_ratio": 1.0}),
-    "photons-anchor-ratio-10": Variant("photons", True, {"reference_ratio": 10.0}),
+    "photons-anchor-ratio-0.05": Variant("photons", True, {"reference_ratio": 0.05}),
+    "photons-anchor-ratio-3": Variant("photons", True, {"reference_ratio": 3.0}),
 }
 
 

@@ -56,7 +56,8 @@ class Preset:
         fresh_records: generate records during optimisation, each used once, as the paper does.
         photons: optimisation of the student on the route `photons`; its batch counts photons.
         photon_loss: `logistic` or `poisson` (`photon_loss`).
-        reference_ratio: weight of the reference rays against the photons, for `logistic`.
+        reference_ratio: weight of the reference rays against the photons, for `logistic`; what is
+            darker than this part of the mean radiance is learned as well as what is brighter.
         anchor_grid: grid over the ray's anchor (`surface_network`), or none.
         student_link: `log1p` or `log` (`student`).
         mixed_precision: dense layers are trained in bfloat16 (`encodings.MLP`).
@@ -85,7 +86,7 @@ class Preset:
     fast_map: Optimisation
     photons: Optimisation
     photon_loss: str = "logistic"
-    reference_ratio: float = 3.0
+    reference_ratio: float = 0.2
     fresh_records: bool = False
     anchor_grid: GridSize | None = None
     student_link: str = "log1p"
@@ -169,7 +170,7 @@ STANDARD = Preset(
     teacher_flow=FlowSize(6, MLPSize(128, 3), 32),
     teacher=Optimisation(6000, 1 << 14, 3e-3),
     distillation_samples=1 << 24,
-    student_grid=GridSize(10, 4, 8, 256, 1 << 17),
+    student_grid=GridSize(10, 4, 8, 512, 1 << 17),
     student_network=MLPSize(128, 4),
     student=Optimisation(12_000, 1 << 14, 3e-3),
     transparency_samples=1 << 22,
@@ -179,7 +180,7 @@ STANDARD = Preset(
     cap_points=1 << 16,
     point_grid=GridSize(4, 4, 4, 32, 1 << 16),
     sampler_flow=FlowSize(4, MLPSize(64, 3), 32),
-    sampler=Optimisation(6000, 1 << 14, 3e-3),
+    sampler=Optimisation(3000, 1 << 14, 3e-3),
     fast_map_network=MLPSize(128, 4),
     fast_map=Optimisation(6000, 1 << 7, 2e-3),
     photons=Optimisation(12_000, 1 << 12, 1e-2),
