@@ -1,6 +1,7 @@
 """Train lamps, export them, and print how near they are to the truth.
 
-python -m benchmarks --output out/bench [--preset draft] [--lamps frosted_globe filament_bulb]
+python -m benchmarks --output out/bench [--preset draft] [--routes teacher photons]
+    [--lamps frosted_globe filament_bulb]
 python -m benchmarks --checks appearance --reuse out/demo
 
 A folder to reuse is one of the demo (`run`, `lamp.plux` in it), or a run directory with the bundle
@@ -13,6 +14,7 @@ import argparse
 import json
 import sys
 import time
+from functools import partial
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -21,12 +23,33 @@ from purelight_format import atomic
 from purelight_format.errors import PureLightError
 from purelight_mitsuba import platform
 
+COLUMNS = {  # Format, and where the figure is.
+    "s": (".0f", "seconds"),
+    "MB": (".1f", "megabytes"),
+    "nats": (".3f", "held_out_gain_nats"),
+    "MAPE": (".3f", "appearance", "student_truth", "mape"),
+    "(noise)": (".3f", "appearance", "student_truth", "mape_of_reference"),
+    "without noise": (".3f", "appearance", "student_truth", "mape_without_noise"),
+    "relMSE": (".4f", "appearance", "student_truth", "relative_mse_without_noise"),
+    "HDR-FLIP": (".3f", "appearance", "student_truth", "hdr_flip"),
+    "teacher-truth": (".3f", "appearance", "teacher_truth", "mape_without_noise"),
+    "student-teacher": (".3f", "appearance", "student_teacher", "mape_without_noise"),
+    "irradiance": ("+.3f", "irradiance", "accurate", "mean"),
+    "(abs)": (".3f", "irradiance", "accurate", "mean_absolute_over_mean"),
+    "sampler ESS": (".2f", "sampler", "effective_sample_size"),
+    "map bias": ("+.3f", "fast_map", "irradiance_bias"),
+}
+
 
 def main() -> int:
-    """Run the checks on the lamps; figures go to stdout and OUTPUT/fidelity-PRESET.json."""
+    """Run the checks on the lamps; figures go to stdout and OUTPUT/fidelity-PRESET.json.
+
+    A table of all figures in that file, those of earlier calls included, ends the output.
+    """
     parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
     parser.add_argument("--output", type=Path, default=Path("out/bench"))
     parser.add_argument("--preset", default="draft")
+    parser.add_argument("--routes", nargs="+", default=["teacher"], choices=("teacher", "photons"))
     parser.add_argument("--lamps", nargs="+", default=["frosted_globe", "filament_bulb"])
     parser.add_argument("--checks", nargs="+", help="some of flux irradiance appearance ...")
     parser.add_argument("--reuse", nargs="+", type=Path, metavar="FOLDER", help="finished runs")
@@ -39,18 +62,23 @@ def main() -> int:
     kind = "reuse" if arguments.reuse else arguments.preset
     report = arguments.output / f"fidelity-{kind}.json"
     report.parent.mkdir(parents=True, exist_ok=True)
-    atomic.write_bytes(report, (json.dumps(results, indent=2) + "\n").encode())
+    earlier = json.loads(report.read_text()) if report.is_file() else {}
+    for name, figures in results.items():
+        earlier[name] = earlier.get(name, {}) | figures
+    atomic.write_bytes(report, (json.dumps(earlier, indent=2) + "\n").encode())
+    print(table(earlier))
     return 0
 
 
 def _results(arguments: argparse.Namespace) -> dict[str, Any]:
     """Figures by lamp, or by folder that is reused."""
     if arguments.reuse:
-        subjects = {str(folder): lambda f=folder: reuse(f) for folder in arguments.reuse}
+        subjects = {str(folder): partial(reuse, folder) for folder in arguments.reuse}
     else:
         subjects = {
-            lamp: lambda name=lamp: prepare(name, arguments.output, arguments.preset)
+            f"{lamp} {route}": partial(prepare, lamp, arguments.output, arguments.preset, route)
             for lamp in arguments.lamps
+            for route in arguments.routes
         }
     return {name: measure(name, make(), arguments.checks) for name, make in subjects.items()}
 
@@ -62,7 +90,7 @@ def measure(name: str, subject: Any, chosen: list[str] | None) -> dict[str, Any]
     unknown = set(chosen or ()) - set(CHECKS)
     if unknown:
         raise PureLightError(f"no check {sorted(unknown)}; choose from {' '.join(CHECKS)}")
-    results = {}
+    results = cost(subject)
     for check in chosen or list(CHECKS):
         start = time.monotonic()
         results[check] = CHECKS[check](subject)
@@ -70,13 +98,40 @@ def measure(name: str, subject: Any, chosen: list[str] | None) -> dict[str, Any]
     return results
 
 
-def prepare(lamp: str, output: Path, preset: str) -> Any:
+def cost(subject: Any) -> dict[str, Any]:
+    """What a run took and gave: seconds, megabytes, and nats of held-out light."""
+    metrics = json.loads((subject.run / "metrics.json").read_text())
+    return {
+        "seconds": sum(metrics["seconds"].values()),
+        "megabytes": subject.bundle.stat().st_size / 1e6,
+        "held_out_gain_nats": metrics["held_out_gain_nats"],
+    }
+
+
+def table(results: dict[str, dict[str, Any]]) -> str:
+    """The main figures as Markdown; a dash where a check was not run."""
+    rows = ["| " + " | ".join(("lamp", *COLUMNS)) + " |", "|---" * (len(COLUMNS) + 1) + "|"]
+    for name, figures in results.items():
+        cells = [_cell(figures, *column) for column in COLUMNS.values()]
+        rows.append("| " + " | ".join((name, *cells)) + " |")
+    return "\n".join(rows)
+
+
+def _cell(figures: dict[str, Any], style: str, *path: str) -> str:
+    value: Any = figures
+    for key in path:
+        value = value.get(key) if isinstance(value, dict) else None
+    return "-" if value is None else format(value, style)
+
+
+def prepare(lamp: str, output: Path, preset: str, route: str) -> Any:
     """Build, train and export a lamp, or take what an earlier call left."""
     import purelight_train.cli
 
-    run, bundle = output / f"{lamp}-{preset}", output / f"{lamp}-{preset}.plux"
+    run = output / f"{lamp}-{preset}-{route}"
+    bundle = run.with_name(run.name + ".plux")
     scene = import_module(f"purelight_examples.luminaires.{lamp}").write(output / "lamps")
-    words = [str(scene), "--output", str(run), "--preset", preset, "--resume"]
+    words = [str(scene), "--output", str(run), "--preset", preset, "--route", route, "--resume"]
     if not bundle.is_file() and purelight_train.cli.main(words) != 0:
         sys.exit(2)
     platform.use()

@@ -6,5 +6,5 @@ import os
 
 from purelight_mitsuba import platform
 
-os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")  # as purelight_train.cli
+os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")  # as purelight_train.threads
 platform.prepare()

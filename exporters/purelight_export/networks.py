@@ -72,18 +72,27 @@ def fast_map(network: FastMap, *, compact: bool = False) -> bytes:
     """point [N, 3] -> radiance_map [N, 16, 16, 3] in W/(m² sr)."""
     graph = Graph("fast_map")
     _, context = _point(graph, graph.input("point", 3), network.encoding, compact=compact)
+    if network.one_hot:
+        output = _channel_by_channel(graph, context, network)
+    else:
+        output = mlp(graph, [context], network.network)
+    log = graph.clip(output, 0.0, MAX_LOG)
+    gain = (network.gain.double() * network.scale * network.channels).cpu().numpy()
+    scaled = (graph.exp(log) - 1.0) * np.repeat(gain, SIZE * SIZE)
+    radiance = graph.reshape(scaled, 3, SIZE, SIZE)
+    graph.output("radiance_map", graph.channels_last(radiance))
+    return graph.to_bytes()
+
+
+def _channel_by_channel(graph: Graph, context: Features, network: FastMap) -> Value:
+    """Columns [channel, cell] of a network that takes the channel as an input."""
     channels = network.channels.cpu().numpy()
     maps = []
     for channel in np.flatnonzero(channels) if channels.any() else [0]:
         one_hot = Features(context.value, *_with_constant(context, np.eye(3)[channel]))
         maps.append(mlp(graph, [one_hot], network.network))
     present = np.cumsum(channels > 0).clip(1) - 1
-    log = graph.clip(graph.concat([maps[int(k)] for k in present]), 0.0, MAX_LOG)
-    gain = (network.gain.double() * network.scale * network.channels).cpu().numpy()
-    scaled = (graph.exp(log) - 1.0) * np.repeat(gain, SIZE * SIZE)
-    radiance = graph.reshape(scaled, 3, SIZE, SIZE)
-    graph.output("radiance_map", graph.channels_last(radiance))
-    return graph.to_bytes()
+    return graph.concat([maps[int(k)] for k in present])
 
 
 def _with_constant(features: Features, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

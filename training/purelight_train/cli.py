@@ -10,6 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from purelight_format.errors import PureLightError
+from purelight_train import threads
 from purelight_train.presets import PRESETS
 
 
@@ -47,6 +48,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _train(arguments: argparse.Namespace) -> int:
+    threads.use(arguments.threads)
     import torch
 
     from purelight_mitsuba import platform
@@ -54,7 +56,6 @@ def _train(arguments: argparse.Namespace) -> int:
     device = arguments.device
     if device == "auto":
         device = "cuda" if torch.cuda.is_available() else "cpu"
-    torch.set_num_threads(arguments.threads)
     platform.use("llvm_ad_rgb" if device == "cpu" else "cuda_ad_rgb")
 
     from purelight_train.pipeline import start

@@ -17,8 +17,10 @@ SIZE = 16
 class FastMap(nn.Module):
     """Mean radiance in the 16x16 equal cells of the cap's square, [row v, column u, channel].
 
-    One network serves all channels; its input is [encoding(point), one-hot channel]. A gain per
-    channel closes the power that the map sends to points all around (`close_power`).
+    With `fast_map_one_hot`, as in the paper, the network's input is [encoding(point), one-hot
+    channel], and it is evaluated once a channel; otherwise one evaluation gives all channels,
+    for a third of the work. A gain per channel closes the power that the map sends to points all
+    around (`close_power`).
     """
 
     channels: Tensor
@@ -28,8 +30,10 @@ class FastMap(nn.Module):
     def __init__(self, description: Description, preset: Preset) -> None:
         super().__init__()
         self.encoding = PointEncoding(description, preset.point_grid)
-        size = preset.fast_map_network
-        self.network = MLP(self.encoding.size + 3, SIZE * SIZE, size.width, size.depth)
+        self.one_hot = preset.fast_map_one_hot
+        size, cells = preset.fast_map_network, SIZE * SIZE
+        inputs, outputs = (3, cells) if self.one_hot else (0, 3 * cells)
+        self.network = MLP(self.encoding.size + inputs, outputs, size.width, size.depth)
         self.register_buffer("scale", torch.tensor(description.channel_scale), persistent=False)
         present = torch.tensor(description.channels, dtype=torch.float32)
         self.register_buffer("channels", present, persistent=False)
@@ -38,6 +42,9 @@ class FastMap(nn.Module):
     def raw(self, point: Tensor) -> Tensor:
         """log1p(radiance / scale) before clipping: [N, 3] -> [N, 256, 3]."""
         context = self.encoding(point)
+        if not self.one_hot:
+            joint: Tensor = self.network(context).view(-1, 3, SIZE * SIZE).transpose(1, 2)
+            return joint
         outputs = []
         for channel in range(3):
             one_hot = torch.zeros(len(point), 3, dtype=context.dtype, device=context.device)

@@ -54,6 +54,7 @@ class Preset:
             `fresh_records`, for all training.
         density_neighbours: photons that the photon map's radius is to hold on average.
         fresh_records: generate records during optimisation, each used once, as the paper does.
+        fast_map_one_hot: evaluate the fast map's network channel by channel (`fast_map`).
         photons: optimisation of the student on the route `photons`; its batch counts photons.
         photon_loss: `logistic` or `poisson` (`photon_loss`).
         reference_ratio: weight of the reference rays against the photons, for `logistic`; what is
@@ -84,6 +85,7 @@ class Preset:
     sampler: Optimisation
     fast_map_network: MLPSize
     fast_map: Optimisation
+    fast_map_one_hot: bool
     photons: Optimisation
     photon_loss: str = "logistic"
     reference_ratio: float = 0.2
@@ -159,6 +161,7 @@ DRAFT = Preset(
     sampler=Optimisation(800, 1 << 14, 4e-3),
     fast_map_network=MLPSize(32, 3),
     fast_map=Optimisation(2000, 1 << 8, 3e-3),
+    fast_map_one_hot=False,
     photons=Optimisation(1500, 1 << 11, 1e-2),
 )
 
@@ -179,10 +182,11 @@ STANDARD = Preset(
     transparency=Optimisation(4000, 1 << 14, 3e-3),
     cap_points=1 << 16,
     point_grid=GridSize(4, 4, 4, 32, 1 << 16),
-    sampler_flow=FlowSize(4, MLPSize(64, 3), 32),
+    sampler_flow=FlowSize(2, MLPSize(48, 2), 24),
     sampler=Optimisation(3000, 1 << 14, 3e-3),
-    fast_map_network=MLPSize(128, 4),
-    fast_map=Optimisation(6000, 1 << 7, 2e-3),
+    fast_map_network=MLPSize(64, 3),
+    fast_map=Optimisation(6000, 1 << 8, 2e-3),
+    fast_map_one_hot=False,
     photons=Optimisation(12_000, 1 << 12, 1e-2),
 )
 
@@ -207,6 +211,7 @@ PAPER = Preset(
     sampler=Optimisation(100_000, 1 << 17, 1e-3),
     fast_map_network=MLPSize(512, 5),
     fast_map=Optimisation(50_000, 1 << 10, 1e-3),
+    fast_map_one_hot=True,
     photons=Optimisation(50_000, 1 << 15, 5e-3),
     fresh_records=True,
 )

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from purelight_format.errors import PureLightError
+from purelight_train import threads
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -41,11 +42,9 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _size(arguments: argparse.Namespace) -> int:
-    import torch
-
+    threads.use(arguments.threads)
     from purelight_mitsuba import platform
 
-    torch.set_num_threads(arguments.threads)
     platform.use("llvm_ad_rgb")
 
     from purelight_train.right_size import right_size, table

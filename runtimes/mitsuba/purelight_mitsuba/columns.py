@@ -8,6 +8,7 @@ layer: of its matrix, only the chosen rows are read. What is above that layer is
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import drjit as dr
@@ -38,17 +39,17 @@ class ColumnPicker:
         self._makers = {name: step for step in network.steps for name in step.outputs}
         self._plans = [self._plan(network.outputs[0], np.asarray(table)) for table in tables]
 
-    def __call__(self, *inputs: Any) -> Callable[[mi.UInt32], list[Any]]:
+    def __call__(self, *inputs: Any) -> list[Callable[[mi.UInt32], Any]]:
         """Evaluates what all columns share.
 
         Arguments:
             inputs: One Dr.Jit array per input of the network.
 
         Returns:
-            For each table, its `choice`-th column.
+            For each table, what evaluates its `choice`-th column.
         """
         evaluate = self._network.partly(*inputs)
-        return lambda choice: [plan(evaluate, choice) for plan in self._plans]
+        return [partial(plan, evaluate) for plan in self._plans]
 
     def _plan(self, name: str, table: np.ndarray) -> Plan:
         """How to compute columns `table` of a tensor."""

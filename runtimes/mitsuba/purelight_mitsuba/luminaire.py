@@ -80,7 +80,9 @@ class Luminaire:
     def radiance_map(self) -> RadianceMap:
         """Returns the map of the fast mode, whose cells are looked up one by one."""
         if mi.variant() not in self._maps:
-            self._maps[mi.variant()] = RadianceMap(self.network("fast_map"))
+            self._maps[mi.variant()] = RadianceMap(
+                self.network("fast_map"), self._bundle.manifest.flux
+            )
         return self._maps[mi.variant()]
 
     def cost(self, name: str) -> int:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
 
 import drjit as dr
 import mitsuba as mi
@@ -15,7 +17,30 @@ from purelight_mitsuba.fused import FusedNetwork
 SIDE = 16
 SKEW = 5  # Of a lattice whose cells keep 3.2 cells apart.
 
-Look = Callable[[mi.UInt32], mi.Color3f]
+DEFENCE = 0.05  # Of the candidates' mean: no cell of another hue is left out.
+
+Look = Callable[[mi.UInt32], Any]
+
+
+@dataclass(frozen=True)
+class View:
+    """A radiance map from one point, cell by cell: number v · SIDE + u.
+
+    Arguments:
+        channels: For each channel, what tells the mean radiance of a cell.
+        leading: The channel by which cells are drawn.
+    """
+
+    channels: Sequence[Look]
+    leading: int
+
+    def importance(self, cell: mi.UInt32) -> mi.Float:
+        """Radiance of the leading channel alone, a third of the work."""
+        return dr.maximum(self.channels[self.leading](cell), 0)
+
+    def colour(self, cell: mi.UInt32) -> mi.Color3f:
+        """Radiance of all channels."""
+        return mi.Color3f(*(look(cell) for look in self.channels))
 
 
 class RadianceMap:
@@ -23,16 +48,17 @@ class RadianceMap:
 
     Arguments:
         network: From point [N, 3] to radiance [N, SIDE, SIDE, 3].
+        flux: Of the lamp, by channel.
     """
 
-    def __init__(self, network: FusedNetwork) -> None:
+    def __init__(self, network: FusedNetwork, flux: Sequence[float]) -> None:
         cells = np.arange(SIDE * SIDE)
         self._picker = ColumnPicker(network, [3 * cells + channel for channel in range(3)])
+        self._leading = int(np.argmax(LUMINANCE * np.asarray(flux)))
 
-    def __call__(self, point: mi.Point3f) -> Look:
-        """Returns what tells the mean radiance of cells v · SIDE + u, seen from a point."""
-        pick = self._picker(point)
-        return lambda cell: mi.Color3f(*pick(cell))
+    def __call__(self, point: mi.Point3f) -> View:
+        """The map as it is seen from a point."""
+        return View(self._picker(point), self._leading)
 
 
 def lattice(shift: mi.UInt32) -> list[mi.UInt32]:
@@ -40,14 +66,13 @@ def lattice(shift: mi.UInt32) -> list[mi.UInt32]:
     return [row * SIDE + (shift + SKEW * row) % SIDE for row in range(SIDE)]
 
 
-def draw(look: Look, u: mi.Point2f) -> tuple[mi.Point2f, mi.Color3f]:
+def draw(view: View, u: mi.Point2f) -> tuple[mi.Point2f, mi.Color3f]:
     """Draws a point of the cap's square, the likelier the brighter, from few cells of a map.
 
-    Of the cells of a lattice, shifted at random, one is drawn by its luminance (resampled
+    Of the cells of a lattice, shifted at random, one is drawn by its importance (resampled
     importance sampling, Talbot et al. 2005), and a point evenly inside it.
 
     Arguments:
-        look: Radiance of cells.
         u: Uniform numbers.
 
     Returns:
@@ -57,22 +82,20 @@ def draw(look: Look, u: mi.Point2f) -> tuple[mi.Point2f, mi.Color3f]:
     shift = dr.minimum(mi.UInt32(u.x * SIDE), SIDE - 1)
     rest = u.x * SIDE - shift
     cells = lattice(shift)
-    colours = [look(cell) for cell in cells]
-    weights = mi.Color3f(*LUMINANCE.tolist())  # Those of Mitsuba differ in the fourth digit.
-    power = [dr.maximum(dr.dot(weights, colour), 0) for colour in colours]
+    power = [view.importance(cell) for cell in cells]
+    mean = sum(power[1:], power[0]) / SIDE
+    floor = dr.select(mean > 0, DEFENCE * mean, 1)
+    power = [own + floor for own in power]
     total = sum(power[1:], power[0])
     target = rest * total
-    cell, before, own, colour, reached = cells[0], mi.Float(0), power[0], colours[0], power[0]
+    cell, before, own, reached = cells[0], mi.Float(0), power[0], power[0]
     for index in range(1, SIDE):
-        beyond = (target >= reached) & (power[index] > 0)
+        beyond = target >= reached
         cell = dr.select(beyond, cells[index], cell)
         before = dr.select(beyond, reached, before)
         own = dr.select(beyond, power[index], own)
-        colour = dr.select(beyond, colours[index], colour)
         reached = reached + power[index]
-    inner = dr.clip(
-        dr.select(own > 0, (target - before) / own, 0), 0, dr.one_minus_epsilon(mi.Float)
-    )
+    inner = dr.clip((target - before) / own, 0, dr.one_minus_epsilon(mi.Float))
     corner = mi.Point2f(cell % SIDE, cell // SIDE)
-    weight = dr.select((total > 0) & (own > 0), colour * (total / (own * SIDE)), 0)
+    weight = view.colour(cell) * (total / (own * SIDE))
     return (corner + mi.Point2f(inner, u.y)) / SIDE, weight

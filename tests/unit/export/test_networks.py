@@ -100,10 +100,12 @@ def test_the_power_of_a_lamp_only_scales_its_radiance(
     np.testing.assert_allclose(results[0], results[1], rtol=1e-5)
 
 
+@pytest.mark.parametrize("one_hot", [False, True])
 def test_absent_channels_are_exactly_zero(
     description: Description, preset: Preset, wild: Wild, surface_inputs: dict[str, np.ndarray],
-    point: np.ndarray,
+    point: np.ndarray, one_hot: bool,
 ) -> None:  # fmt: skip
+    preset = replace(preset, fast_map_one_hot=one_hot)
     red = replace(description, channels=(True, False, False))
     radiance = Session(networks.appearance(wild(Student, red, preset)))(surface_inputs)["radiance"]
     assert radiance[:, 0].any()
@@ -209,10 +211,13 @@ def test_hard_points_and_uniforms_stay_finite(
     assert np.isfinite(fast["radiance_map"]).all()
 
 
+@pytest.mark.parametrize("one_hot", [False, True])
 @pytest.mark.parametrize("compact", [False, True])
 def test_fast_map(
-    description: Description, preset: Preset, wild: Wild, point: np.ndarray, compact: bool
-) -> None:
+    description: Description, preset: Preset, wild: Wild, point: np.ndarray, compact: bool,
+    one_hot: bool,
+) -> None:  # fmt: skip
+    preset = replace(preset, fast_map_one_hot=one_hot)
     network = wild(FastMap, description, preset)
     model = networks.fast_map(network, compact=compact)
     result = Session(model)({"point": point})["radiance_map"]

@@ -1,0 +1,249 @@
+"""A lamp in a closed room against the real lamp, light traced: error of the whole picture.
+
+python -m benchmarks.closed_room --bundle lamp.plux --lamp lamp.xml [--output out/bench]
+
+The room is matt, so that light tracing meets every pixel but those that see the lamp itself, which
+are left out. The lamp hangs free, touches a wall with its bounding sphere, or sits in a recess.
+"""
+
+from __future__ import annotations
+
+import argparse
+import itertools
+import json
+import sys
+import time
+import xml.etree.ElementTree as ET
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import trimesh
+
+from purelight_examples.luminaires.lamp_scene import Material, Part, write_parts, write_xml
+from purelight_examples.scenes.furniture import boxes, wall
+from purelight_examples.scenes.lamp_choice import LampChoice, NeuralLamp, Point, RealLamp
+from purelight_format import atomic
+from purelight_format.bundle import Bundle
+from purelight_format.errors import PureLightError
+from purelight_format.geometry import BoundingSphere
+
+SIZE = 128
+HALF = (1.2, 1.2, 1.1)  # Of the room, in metres; the origin is its middle.
+RECESS = 0.16  # Half the width of the hole in the ceiling, and its depth.
+CAMERA = "-1.1, -1.1, 0.1"
+PASSES = 16
+RINGS = (0.5, 0.7, 0.9, 1.0, 1.1, 1.25, 1.5, 2.0, 3.0)  # In radii of the bounding sphere.
+Figures = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Mounting:
+    """Where the lamp's bounding sphere is: its centre, and the point the camera looks at."""
+
+    centre: Point
+    target: str
+
+
+def mountings(radius: float) -> dict[str, Mounting]:
+    """Free, with a wall through its sphere, and half in the recess."""
+    x, _, z = HALF
+    return {
+        "pendant": Mounting((0.0, 0.0, 0.4), "0.4, 0.4, -0.3"),
+        "wall": Mounting((x - 0.8 * radius, 0.2, 0.1), "0.9, 0.1, 0"),
+        "recessed": Mounting((0.0, 0.0, z + 0.2 * radius), "0.3, 0.3, 0.5"),
+    }
+
+
+def write_room(folder: Path, name: str, lamp: LampChoice, at: Point, target: str) -> Path:
+    """The room with the lamp's frame at a point; returns its XML."""
+    scene = ET.Element("scene", version="3.0.0")
+    scene.append(lamp.integrator())
+    scene.append(_sensor(target))
+    scene.extend(write_parts(folder, "closed", _parts()))
+    scene.extend(lamp.elements(folder, at))
+    return write_xml(folder / f"{name}.xml", scene)
+
+
+def _parts() -> list[Part]:
+    x, y, z = HALF
+    side, deep = RECESS, z + 2 * RECESS
+    beam = (x - side) / 2
+    ceiling = [
+        wall((side + beam, 0, z), -3, (beam, y)), wall((-side - beam, 0, z), -3, (beam, y)),
+        wall((0, side + beam, z), -3, (side, beam)), wall((0, -side - beam, z), -3, (side, beam)),
+        wall((0, 0, deep), -3, (side, side)),
+        wall((side, 0, z + side), -1, (side, side)), wall((-side, 0, z + side), 1, (side, side)),
+        wall((0, side, z + side), -2, (side, side)), wall((0, -side, z + side), 2, (side, side)),
+    ]  # fmt: skip
+    walls = [
+        wall((x, 0, 0), -1, (y, z)), wall((-x, 0, 0), 1, (y, z)),
+        wall((0, y, 0), -2, (z, x)), wall((0, -y, 0), 2, (z, x)),
+    ]  # fmt: skip
+    furniture = [((0.4, 0.5, -0.85), (0.5, 0.4, 0.5)), ((0.95, -0.4, -0.7), (0.3, 0.3, 0.8))]
+    return [
+        _matt("ceiling", trimesh.util.concatenate(ceiling), (0.75, 0.75, 0.75)),
+        _matt("walls", trimesh.util.concatenate(walls), (0.6, 0.5, 0.4)),
+        _matt("floor", wall((0, 0, -z), 3, (x, y)), (0.3, 0.25, 0.2)),
+        _matt("boxes", boxes(furniture), (0.3, 0.4, 0.55)),
+    ]
+
+
+def _matt(name: str, mesh: trimesh.Trimesh, color: tuple[float, float, float]) -> Part:
+    return Part(name, mesh, Material("diffuse", {}, {"reflectance": color}))
+
+
+def _sensor(target: str) -> ET.Element:
+    sensor = ET.Element("sensor", type="perspective")
+    ET.SubElement(sensor, "float", name="fov", value="70")
+    transform = ET.SubElement(sensor, "transform", name="to_world")
+    ET.SubElement(transform, "lookat", {"origin": CAMERA, "target": target, "up": "0, 0, 1"})
+    film = ET.SubElement(sensor, "film", type="hdrfilm")
+    for name in ("width", "height"):
+        ET.SubElement(film, "integer", name=name, value=str(SIZE))
+    ET.SubElement(film, "rfilter", type="box")
+    ET.SubElement(sensor, "sampler", type="independent")
+    return sensor
+
+
+# Measuring
+
+
+@dataclass(frozen=True)
+class Room:
+    """One mounting of one lamp.
+
+    Arguments:
+        sphere: The lamp's bounding sphere in its own frame.
+    """
+
+    name: str
+    mounting: Mounting
+    sphere: BoundingSphere
+    folder: Path
+
+    def picture(self, label: str, lamp: LampChoice, spp: int) -> tuple[Any, float]:
+        """A rendering with its halves, and seconds without compilation."""
+        import mitsuba as mi
+
+        from purelight_train.truth.picture import Passes
+
+        at = tuple(np.subtract(self.mounting.centre, self.sphere.center).tolist())
+        path = write_room(self.folder, f"{self.name}-{label}", lamp, at, self.mounting.target)
+        scene, passes = mi.load_file(str(path)), Passes()
+        mi.render(scene, spp=1)
+        start = time.perf_counter()
+        for index in range(PASSES):
+            image = mi.render(scene, spp=max(spp // PASSES, 1), seed=index + 1)
+            passes.add(np.array(image, np.float64)[..., :3])
+        return passes.picture(), time.perf_counter() - start
+
+    def geometry(self) -> tuple[np.ndarray, np.ndarray]:
+        """Pixels that do not see the bounding sphere, and how far their points are from it."""
+        import mitsuba as mi
+
+        empty = RealLamp(write_xml(self.folder / "empty.xml", ET.Element("scene")))
+        path = write_room(self.folder, "geometry", empty, (0, 0, 0), self.mounting.target)
+        scene = mi.load_file(str(path))
+        grid = (np.stack(np.meshgrid(*2 * [np.arange(SIZE)]), -1).reshape(-1, 2) + 0.5) / SIZE
+        point = mi.Point2f(np.ascontiguousarray(grid.T, np.float32))
+        ray, _ = scene.sensors()[0].sample_ray(0, 0.5, point, 0.5)
+        met = np.array(scene.ray_intersect(ray).p, np.float64).T.reshape(SIZE, SIZE, 3)
+        origin, direction = (np.array(v, np.float64).T for v in (ray.o, ray.d))
+        toward = np.array(self.mounting.centre) - origin
+        along = (toward * direction).sum(1)
+        off = np.linalg.norm(toward - along[:, None] * direction, axis=1).reshape(SIZE, SIZE)
+        distance = np.linalg.norm(met - self.mounting.centre, axis=-1) / self.sphere.radius
+        return off > 1.1 * self.sphere.radius, distance
+
+    def measure(self, bundle: Path, real: Path, paths: int, spp: int) -> Figures:
+        """Errors of both modes, and their ratio to the truth ring by ring around the sphere."""
+        from purelight_onnx.picture import png
+        from purelight_train.truth.metrics import Comparison
+
+        spp_truth = -(-paths // SIZE**2)
+        truth, seconds = self.picture("truth", RealLamp(real, "ptracer"), spp_truth)
+        mask, distance = self.geometry()
+        figures: Figures = {"truth": {"seconds": seconds}}
+        columns = [truth.image]
+        for mode in ("accurate", "fast"):
+            picture, seconds = self.picture(mode, NeuralLamp(bundle.resolve(), mode), spp)
+            columns.append(picture.image)
+            figures[mode] = {
+                "seconds": seconds,
+                **Comparison(picture, truth, mask).to_dict(),
+                "rings": _rings(picture.image, truth.image, mask, distance),
+            }
+        sheet = np.concatenate([np.where(mask[..., None], c, 0) for c in columns], 1)
+        atomic.write_bytes(self.folder / f"{self.name}.png", png(sheet))
+        return figures
+
+
+def _rings(
+    image: np.ndarray, truth: np.ndarray, mask: np.ndarray, distance: np.ndarray
+) -> list[float | None]:
+    """Light over true light between the distances of `RINGS`, or none where there is no pixel."""
+    result: list[float | None] = []
+    for near, far in itertools.pairwise(RINGS):
+        ring = mask & (distance >= near) & (distance < far)
+        result.append(float(image[ring].sum() / truth[ring].sum()) if ring.sum() > 3 else None)
+    return result
+
+
+def table(results: dict[str, Figures]) -> str:
+    """The figures as Markdown."""
+    lines = [
+        "| lamp | mode | mean | MAPE | (noise of the reference) | without noise | HDR-FLIP | s |",
+        "|---|---|---|---|---|---|---|---|",
+    ]
+    for name, figures in results.items():
+        for mode in ("accurate", "fast"):
+            row = figures[mode]
+            lines.append(
+                f"| {name} | {mode} | {100 * row['mean']:+.1f} % | {row['mape']:.3f} "
+                f"| {row['mape_of_reference']:.3f} | {row['mape_without_noise']:.3f} "
+                f"| {row['hdr_flip']:.3f} | {row['seconds']:.0f} |"
+            )
+    lines += ["", f"Over the truth, at {RINGS} radii from the bounding sphere's centre:"]
+    for name, figures in results.items():
+        for mode in ("accurate", "fast"):
+            values = [" - " if v is None else f"{v:.3f}" for v in figures[mode]["rings"]]
+            lines.append(f"  {name:9} {mode:9} {'  '.join(values)}")
+    return "\n".join(lines)
+
+
+def main() -> int:
+    """Measure every mounting, print the table and write OUTPUT/closed_room.json."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.closed_room", description=__doc__)
+    parser.add_argument("--bundle", type=Path, required=True, help=".plux of the lamp")
+    parser.add_argument("--lamp", type=Path, required=True, help="the lamp's own scene, .xml")
+    parser.add_argument("--output", type=Path, default=Path("out/bench"))
+    parser.add_argument("--paths", type=int, default=64 << 20, help="of the reference")
+    parser.add_argument("--spp", type=int, default=256, help="of the neural lamp")
+    arguments = parser.parse_args()
+    from purelight_mitsuba import use
+
+    use()
+    try:
+        sphere = Bundle.open(arguments.bundle).manifest.bounding_sphere
+        folder = arguments.output / "closed_room"
+        folder.mkdir(parents=True, exist_ok=True)
+        results = {}
+        for name, mounting in mountings(sphere.radius).items():
+            print(f"{name} ...", file=sys.stderr, flush=True)
+            room = Room(name, mounting, sphere, folder)
+            results[name] = room.measure(
+                arguments.bundle, arguments.lamp, arguments.paths, arguments.spp
+            )
+    except PureLightError as error:
+        print(f"benchmarks.closed_room: error: {error}", file=sys.stderr)
+        return 2
+    text = json.dumps(results, indent=2) + "\n"
+    atomic.write_bytes(arguments.output / "closed_room.json", text.encode())
+    print(table(results))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
