@@ -182,6 +182,7 @@ class Room:
             figures[mode] = {
                 "seconds": seconds,
                 **Comparison(picture, truth, mask).to_dict(),
+                "p99.99_over_mean": _fireflies(picture.image, truth.image, mask),
                 "rings": _rings(picture.image, truth.image, mask, distance),
             }
         if path_spp:
@@ -191,6 +192,15 @@ class Room:
         sheet = np.concatenate([np.where(mask[..., None], c, 0) for c in columns], 1)
         atomic.write_bytes(self.folder / f"{self.name}.png", png(sheet))
         return figures
+
+
+def _fireflies(image: np.ndarray, truth: np.ndarray, mask: np.ndarray) -> float:
+    """99.99th percentile over mean, in units of the truth's."""
+    told, true = (
+        np.quantile(picture[mask].mean(-1), 0.9999) / picture[mask].mean()
+        for picture in (image, truth)
+    )
+    return float(told / true)
 
 
 def _rings(
@@ -207,9 +217,9 @@ def _rings(
 def table(results: dict[str, Figures]) -> str:
     """The figures as Markdown."""
     lines = [
-        "| lamp | mode | mean | MAPE | (of the reference) | without noise | relMSE | HDR-FLIP | s "
+        "| lamp | mode | mean | MAPE | (of the reference) | without noise | relMSE | HDR-FLIP | fireflies | s "
         "| path tracing takes |",
-        "|---|---|---|---|---|---|---|---|---|---|",
+        "|---|---|---|---|---|---|---|---|---|---|---|",
     ]
     for name, figures in results.items():
         for mode in MODES:
@@ -220,7 +230,8 @@ def table(results: dict[str, Figures]) -> str:
             lines.append(
                 f"| {name} | {mode} | {100 * row['mean']:+.1f} % | {row['mape']:.3f} "
                 f"| {row['mape_of_reference']:.3f} | {row['mape_without_noise']:.3f} "
-                f"| {row['relative_mse']:.4f} | {row['hdr_flip']:.3f} | {row['seconds']:.0f} "
+                f"| {row['relative_mse']:.4f} | {row['hdr_flip']:.3f} "
+                f"| {row['p99.99_over_mean']:.1f} | {row['seconds']:.0f} "
                 f"| {'-' if times is None else f'{times:.0f} times as long'} |"
             )
     lines += ["", f"Over the truth, at {RINGS} radii from the bounding sphere's centre:"]

@@ -16,7 +16,7 @@ from agreement import agree, passes
 
 from purelight_export.graph import Graph
 from purelight_format.errors import PureLightError
-from purelight_mitsuba import answers, integrator, queued
+from purelight_mitsuba import answers, integrator, paths, queued, scene_parts
 from purelight_mitsuba.luminaire import load
 from purelight_onnx.luminaire import Luminaire
 
@@ -75,7 +75,7 @@ def test_without_roulette_of_shadow_rays_the_mean_is_the_same(
     scene: mi.Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     few = passes(scene, ours(), 32)
-    monkeypatch.setattr(integrator, "ROULETTE", 1e9)
+    monkeypatch.setattr(paths, "ROULETTE", 1e9)
     agree(few, passes(scene, ours(), 32, first=100))
 
 
@@ -169,7 +169,7 @@ def test_spoilt_answers_are_counted_in_shadow_rays(tmp_path: Path) -> None:
 def test_auto_queues_what_costs_more(scene: mi.Scene, monkeypatch: pytest.MonkeyPatch) -> None:
     made = mi.load_dict(ours("auto"))
     assert made.prepare(scene).later is None
-    monkeypatch.setattr(integrator, "LEAST_QUEUED", 1000)
+    monkeypatch.setattr(scene_parts, "LEAST_QUEUED", 1000)
     assert mi.load_dict(ours("auto")).prepare(scene).later is not None
     made.engine = "queued"
     assert made.prepare(scene).later is not None

@@ -94,5 +94,5 @@ def test_name_of_the_other_lights_is_taken(bundle: Path) -> None:
 
 def test_nobody_pays_who_did_not_ask(bundle: Path) -> None:
     integrator = mi.load_dict({"type": "purelight"})
-    assert integrator.prepare(room(bundle)).groups == []
+    assert integrator.prepare(room(bundle)).groups == ()
     assert integrator.aov_names() == []
