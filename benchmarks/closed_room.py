@@ -217,8 +217,8 @@ def _rings(
 def table(results: dict[str, Figures]) -> str:
     """The figures as Markdown."""
     lines = [
-        "| lamp | mode | mean | MAPE | (of the reference) | without noise | relMSE | HDR-FLIP | fireflies | s "
-        "| path tracing takes |",
+        "| lamp | mode | mean | MAPE | (of the reference) | without noise | relMSE | HDR-FLIP "
+        "| fireflies | s | path tracing takes |",
         "|---|---|---|---|---|---|---|---|---|---|---|",
     ]
     for name, figures in results.items():
