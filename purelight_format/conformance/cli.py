@@ -30,7 +30,7 @@ def _make(options: argparse.Namespace) -> int:
     made = maker.make(options.folder)
     vectors = sum(map(len, made.sets))
     print(
-        f"{options.folder}: {vectors} vectors in {len(made.sets)} sets, {len(made.bundles)} lamps"
+        f"{options.folder}: {vectors} vectors in {len(made.sets)} sets, {len(made.bundles)} files"
     )
     return 0
 

@@ -26,6 +26,7 @@ FLAGS = {
     "ONCE": "transmittance multiplied once for each surface that a ray meets",
     "ON_SPHERE": "points at the bounding sphere: the largest cap, a root of a negative number",
     "OPAQUE": "a lamp without a transparency network let light through",
+    "OVERSTRICT": "a valid file refused: a warning, or something unknown, taken for an error",
     "POLE": "the frame about -Z and beside it",
     "PRECISION": "TF32, half precision or bfloat16 in the networks",
     "RED_ONLY": "light in a channel that the lamp does not have",
@@ -33,5 +34,6 @@ FLAGS = {
     "ROTATION": "the transform's rotation transposed, or not applied to directions",
     "ROWS": "no rows, one row, or more rows than fit into one piece",
     "SCALE": "radiance or densities changed by the size of an instance",
+    "UNVETTED": "a file taken that breaks a rule of the format",
     "U_EDGE": "u at 0 and at 1 - 2⁻²⁴",
 }

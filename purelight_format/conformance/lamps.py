@@ -131,6 +131,7 @@ LAMPS = {
     "wild": Lamp(networks.wild, Emission(SPHERE, _scaled(1.0))),
     "compass": Lamp(networks.compass, Emission(SPHERE, _scaled(1.0, 1, 1, 1))),
     "paint": Lamp(networks.paint, Emission(SPHERE, (3.0, 2.0, 1.0))),
+    "plain": Lamp(networks.compass, Emission(SPHERE, _scaled(1.0)), ("appearance",)),
     "red": Lamp(networks.wild, Emission(SPHERE, _scaled(1.0, 1, 0, 0))),
     "black": Lamp(networks.wild, Emission(SPHERE, _scaled(0.0))),
     "faint": Lamp(networks.wild, Emission(SPHERE, _scaled(1e-6)), NO_MAP),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from purelight_format.bundle import Bundle
-from purelight_format.conformance import lamps, suite
+from purelight_format.conformance import broken, lamps, suite
 from purelight_format.conformance.cases import Cases
 from purelight_format.conformance.suite import Suite, VectorSet
 from purelight_format.errors import PureLightError
@@ -19,13 +19,15 @@ def make(folder: Path) -> Suite:
         PureLightError: If the folder cannot be written.
     """
     try:
-        for name in ("bundles", "sets"):
+        for name in ("bundles", "files", "sets"):
             (folder / name).mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise PureLightError(f"{folder}: cannot make the folder: {error.strerror}") from error
     paths = {name: folder / "bundles" / f"{name}.plux" for name in lamps.LAMPS}
     written = {name: lamps.LAMPS[name].write(path) for name, path in paths.items()}
-    made = Suite(tuple(Cases(written)), paths)
+    readable = tuple(broken.put(name, {}, valid=True) for name in paths)
+    spoilt = broken.write(written["plain"], folder / "files")
+    made = Suite((*Cases(written), *readable), paths) + spoilt
     suite.write(made, folder)
     return made
 

@@ -15,6 +15,7 @@ import numpy as np
 from purelight_format.errors import PureLightError
 
 VERSION = "1.0"
+READER = "reader"  # Offered by hosts that vet what they open; there is nothing to evaluate.
 LINE_BYTES = 256 << 20  # More than any answer needs; what is longer is not read to its end.
 DTYPES = ("<f4", "<f8")
 
@@ -26,7 +27,7 @@ class Host(Protocol):
 
     Attributes:
         name, version: of the host, for people.
-        operations: what it can be asked for, keys of `operations.OPERATIONS`.
+        operations: what it can be asked for, keys of `operations.OPERATIONS`, and READER.
     """
 
     name: str
@@ -126,8 +127,8 @@ def _answer(host: Host, request: Mapping[str, Any]) -> dict[str, Any]:
         host.open(request["bundle"])
         return {}
     if task == "evaluate":
-        if request["operation"] not in host.operations:
-            raise PureLightError(f"{request['operation']} is not offered")
+        if request["operation"] not in host.operations or request["operation"] == READER:
+            raise PureLightError(f"{request['operation']} is nothing to evaluate here")
         outputs = host.evaluate(
             request["operation"], request["parameters"], decode(request["inputs"])
         )

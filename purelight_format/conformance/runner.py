@@ -9,6 +9,7 @@ import numpy as np
 
 from purelight_format.conformance.client import Client, Hello, HostError, RefusalError
 from purelight_format.conformance.flags import FLAGS
+from purelight_format.conformance.protocol import READER
 from purelight_format.conformance.suite import NEVER, REQUIRED, Suite, VectorSet
 
 PASSED, FAILED, REFUSED, SKIPPED = OUTCOMES = ("passed", "failed", "refused", "skipped")
@@ -135,20 +136,27 @@ class _Session:
     def put(self, vectors: VectorSet) -> Result:
         if vectors.operation not in self._host.operations:
             return Result(vectors, (SKIPPED,) * len(vectors))
-        inputs = vectors.sent()
         try:
-            if vectors.bundle and vectors.bundle != self._open:
-                self._open = ""
-                self._client.open(str(self._suite.bundles[vectors.bundle].resolve()))
-                self._open = vectors.bundle
-            outputs = self._client.evaluate(
-                vectors.id, vectors.operation, vectors.parameters, inputs
-            )
+            self._require_open(vectors.bundle)
+            outputs = self._outputs(vectors)
         except RefusalError as error:
             return _refused(vectors, str(error))
         if vectors.refusal == REQUIRED:
-            return _all_failed(vectors, "was answered, but must be refused")
+            broken = f": {vectors.parameters['issue']}" if vectors.operation == READER else ""
+            return _all_failed(vectors, f"was answered, but must be refused{broken}")
         return compare(vectors, outputs)
+
+    def _require_open(self, bundle: str) -> None:
+        if bundle and bundle != self._open:
+            self._open = ""
+            self._client.open(str(self._suite.bundles[bundle].resolve()))
+            self._open = bundle
+
+    def _outputs(self, vectors: VectorSet) -> dict[str, np.ndarray]:
+        if vectors.operation == READER:  # That the file was opened is all there is to see.
+            return {}
+        put = (vectors.operation, vectors.parameters, vectors.sent())
+        return self._client.evaluate(vectors.id, *put)
 
 
 def _refused(vectors: VectorSet, reason: str) -> Result:

@@ -28,7 +28,7 @@ class VectorSet:
     Arguments:
         id: unique.
         group: what they test, for the summary.
-        operation: a key of `operations.OPERATIONS`.
+        operation: a key of `operations.OPERATIONS`, or READER, which is one vector without arrays.
         bundle: name of the lamp, empty for pure geometry.
         inputs: float32 [K, ...].
         outputs: float64 [K, ...]; empty where a refusal is required.
@@ -54,7 +54,7 @@ class VectorSet:
     average: int = 1
 
     def __len__(self) -> int:
-        return len(next(iter(self.inputs.values()))) // self.average
+        return len(next(iter(self.inputs.values()))) // self.average if self.inputs else 1
 
     def sent(self) -> Arrays:
         """The inputs as they go to the host."""
@@ -91,9 +91,10 @@ def write(suite: Suite, folder: Path) -> None:
     """
     entries = []
     for vectors in suite.sets:
-        name = f"sets/{vectors.id.replace('/', '-')}.bin"
+        name = f"sets/{vectors.id.replace('/', '-')}.bin" if vectors.inputs else ""
         entry, data = _pack(vectors)
-        atomic.write_bytes(folder / name, data)
+        if name:
+            atomic.write_bytes(folder / name, data)
         entries.append({**entry, "file": name})
     index = {
         "version": VERSION,
@@ -145,9 +146,7 @@ def read(folder: Path) -> Suite:
         index = json.loads(path.read_bytes())
         if index["version"].split(".")[0] != VERSION.split(".")[0]:
             raise PureLightError(f"{path}: version {index['version']}, this reads {VERSION}")
-        sets = tuple(
-            _unpack(entry, (folder / entry["file"]).read_bytes()) for entry in index["sets"]
-        )
+        sets = tuple(_unpack(entry, _content(folder, entry["file"])) for entry in index["sets"])
         return Suite(sets, {name: folder / at for name, at in index["bundles"].items()})
     except OSError as error:
         raise PureLightError(
@@ -155,6 +154,11 @@ def read(folder: Path) -> Suite:
         ) from error
     except (ValueError, KeyError, TypeError, AttributeError) as error:
         raise PureLightError(f"{path}: the suite is damaged ({error!r}); make it again") from error
+
+
+def _content(folder: Path, file: str) -> bytes:
+    """The arrays of a set; sets of the group `reader` have no file."""
+    return (folder / file).read_bytes() if file else b""
 
 
 def _unpack(entry: dict[str, Any], data: bytes) -> VectorSet:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
@@ -13,6 +14,9 @@ from purelight_format import geometry, reference
 from purelight_format.bundle import Bundle
 from purelight_format.conformance import operations, protocol
 from purelight_format.conformance.operations import OPERATIONS, Instance, Lamp, Query
+from purelight_format.errors import PureLightError
+from purelight_format.report import Report
+from purelight_format.validate import validate
 
 Arrays = dict[str, np.ndarray]
 
@@ -21,13 +25,20 @@ class BookHost:
     """Answers with the reference itself."""
 
     name, version = "by the book", "1"
-    operations: tuple[str, ...] = tuple(OPERATIONS)
+    operations: tuple[str, ...] = (*OPERATIONS, protocol.READER)
 
     def __init__(self) -> None:
         self._lamp: Lamp | None = None
 
     def open(self, path: str) -> None:
+        self._lamp = None
+        if self.refuses(report := validate(path)):
+            raise PureLightError(report.issues[0].message if report.issues else "not today")
         self._lamp = Lamp.of(Bundle.open(path))
+
+    @staticmethod
+    def refuses(report: Report) -> bool:
+        return not report.valid
 
     def evaluate(self, operation: str, parameters: Mapping[str, Any], inputs: Arrays) -> Arrays:
         put = OPERATIONS[operation]
@@ -145,11 +156,35 @@ def uniform_transform_only_in_name() -> None:
     operations.UNEVEN = np.inf
 
 
+def takes_everything() -> None:
+    """A file is never refused; what cannot be read is found out when it is used."""
+    right = BookHost.open
+
+    def take(host: BookHost, path: str) -> None:
+        with suppress(PureLightError):
+            right(host, path)
+
+    BookHost.open = take  # type: ignore[method-assign]
+
+
+def refuses_everything() -> None:
+    """No file is good enough."""
+    BookHost.refuses = staticmethod(lambda report: True)  # type: ignore[method-assign]
+
+
+def refuses_warnings() -> None:
+    """A warning is taken for an error."""
+    BookHost.refuses = staticmethod(  # type: ignore[method-assign]
+        lambda report: bool(report.issues)
+    )
+
+
 FAULTS = {
     fault.__name__: fault
     for fault in (
         axis_order, cosine_measure, cancellation, transposed_map, tf32, swapped_channels,
         unturned_normal, transposed_rotation, scaled_radiance, uniform_transform_only_in_name,
+        takes_everything, refuses_everything, refuses_warnings,
     )
 }  # fmt: skip
 

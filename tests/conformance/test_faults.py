@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from purelight_format.conformance import runner
+from purelight_format.conformance.protocol import READER
 from purelight_format.conformance.runner import FAILED
 from purelight_format.conformance.suite import Suite
 from tests.conformance.faulty_host import FAULTS
@@ -25,14 +26,19 @@ HUNTED = {
     "transposed_rotation": ("ROTATION", 0.8, {"appearance/wild", "composite/view-wild"}),
     "scaled_radiance": ("SCALE", 0.4, {"instance/radiance-turned", "composite/view-wild"}),
     "uniform_transform_only_in_name": ("REFUSE", 0.5, {"instance/radiance-scaled"}),
+    "takes_everything": ("UNVETTED", 1.0, {"reader/wild", "reader/onnx_metadata"}),
+    "refuses_everything": ("OVERSTRICT", 1.0, {"frames/axes", "reader/zip_gap"}),
+    "refuses_warnings": ("OVERSTRICT", 0.4, {"reader/wild", "reader/zip_gap"}),
 }
 LAMPS = ("", "wild", "compass", "paint")
 
 
 @pytest.fixture(scope="module")
 def part(whole: Suite) -> Suite:
-    """The suite without the lamps of the hard cases, which no fault is about."""
-    sets = tuple(v for v in whole.sets if v.bundle in LAMPS and v.rows is None)
+    """The suite without what is evaluated of hard cases, which no fault is about."""
+    sets = tuple(
+        v for v in whole.sets if v.group == READER or (v.bundle in LAMPS and v.rows is None)
+    )
     return Suite(sets, whole.bundles)
 
 
@@ -55,3 +61,9 @@ def test_a_planted_fault_is_caught(fault: str, part: Suite) -> None:
     assert any(flag in failure.hunts for failure in report.failures)
     by_set = {result.vectors.id: result.outcome for result in report.results}
     assert all(FAILED not in by_set[control] for control in controls)
+
+
+def test_a_file_that_should_be_refused_is_named_with_its_issue(part: Suite) -> None:
+    report = runner.run(part, [sys.executable, str(HOST), "takes_everything"])
+    said = {failure.vector: failure.what for failure in report.failures}
+    assert said["reader/zip_gap/0"] == "was answered, but must be refused: PLX_ZIP_GAP"

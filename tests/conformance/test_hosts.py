@@ -12,6 +12,7 @@ import pytest
 from purelight_format.bundle import Bundle
 from purelight_format.conformance import cli, maker, runner
 from purelight_format.conformance.operations import OPERATIONS
+from purelight_format.conformance.protocol import READER
 from purelight_format.conformance.suite import Suite
 from purelight_format.conformance.text import to_text
 
@@ -30,12 +31,12 @@ def passed(wanted: Suite, *command: str) -> runner.Report:
 
 def test_the_onnx_runtime_passes_everything(whole: Suite) -> None:
     report = passed(whole, sys.executable, "-m", "purelight_onnx.conformance_host")
-    assert report.host.operations == OPERATIONS.keys()
+    assert report.host.operations == OPERATIONS.keys() | {READER}
 
 
 def test_the_mitsuba_runtime_passes_what_it_offers(whole: Suite) -> None:
     report = passed(whole, sys.executable, "-m", "purelight_mitsuba.conformance_host")
-    assert report.host.operations == OPERATIONS.keys() - SPARED
+    assert report.host.operations == (OPERATIONS.keys() | {READER}) - SPARED
     skipped = {r.vectors.operation for r in report.results if runner.SKIPPED in r.outcome}
     assert skipped == SPARED
 
@@ -53,9 +54,12 @@ def node() -> str:
     return program
 
 
-def test_a_host_in_another_language_passes_everything(whole: Suite) -> None:
+def test_a_host_in_another_language_passes_everything_but_vets_no_files(whole: Suite) -> None:
     report = passed(whole, node(), str(NODE / "host.mjs"))
     assert report.host.operations == OPERATIONS.keys()
+    files = report.groups()[READER]
+    assert files["skipped"] == sum(files.values()) > 0
+    assert f"the host does not offer: {READER}" in to_text(report)
 
 
 def test_the_host_in_another_language_is_short_and_by_itself() -> None:

@@ -134,14 +134,16 @@ def test_the_example_of_the_specification_is_answered() -> None:
         .splitlines()
     )  # fmt: skip
     host = [sys.executable, "-m", "purelight_onnx.conformance_host"]
-    sent = protocol.dumps(first) + protocol.dumps(request) + protocol.dumps({"id": 9, "do": "x"})
+    wrong = {"id": 8, "do": "evaluate", "operation": protocol.READER}, {"id": 9, "do": "x"}
+    sent = b"".join(map(protocol.dumps, (first, request, *wrong)))
     result = subprocess.run(host, input=sent, capture_output=True, check=True, timeout=60)
-    hello, frame, unknown = map(json.loads, result.stdout.splitlines())
+    hello, frame, reader, unknown = map(json.loads, result.stdout.splitlines())
     assert hello.keys() == greeting.keys()
     assert "frame" in hello["operations"]
     wanted, given = protocol.decode(answer["outputs"]), protocol.decode(frame["outputs"])
     for name in ("tangent", "bitangent"):
         np.testing.assert_array_equal(given[name], wanted[name])
+    assert "nothing to evaluate" in reader["refused"]
     assert "x" in unknown["refused"]
 
 

@@ -11,18 +11,20 @@ import pytest
 from onnx.reference import ReferenceEvaluator
 
 from purelight_format.bundle import Bundle
-from purelight_format.conformance import cli, lamps, runner, suite
+from purelight_format.conformance import broken, cli, lamps, runner, suite
 from purelight_format.conformance.flags import FLAGS
 from purelight_format.conformance.operations import OPERATIONS, Lamp
-from purelight_format.conformance.suite import REQUIRED, Suite, VectorSet
+from purelight_format.conformance.protocol import READER
+from purelight_format.conformance.suite import NEVER, REQUIRED, Suite, VectorSet
 from purelight_format.errors import PureLightError
 from purelight_format.geometry import cap, cap_to_direction
+from purelight_format.issues import CODES
 from purelight_format.validate import validate
 from purelight_format.vectors import SIGNATURES
 
 GROUPS = [
     "appearance", "transparency", "sampler", "sampler_pdf", "fast_map", "frames", "cap",
-    "instance", "composite", "estimators",
+    "instance", "composite", "estimators", READER,
 ]  # fmt: skip
 
 
@@ -51,23 +53,23 @@ def test_a_missing_onnx_is_one_line(
 
 def test_what_is_read_is_what_was_written(whole: Suite, folder: Path, tmp_path: Path) -> None:
     (tmp_path / "sets").mkdir()
-    moved = {name: tmp_path / "bundles" / path.name for name, path in whole.bundles.items()}
+    moved = {name: tmp_path / path.relative_to(folder) for name, path in whole.bundles.items()}
     suite.write(Suite(whole.sets, moved), tmp_path)
     again, written = files(tmp_path), files(folder)
-    assert again == {name: data for name, data in written.items() if "bundles/" not in name}
+    assert again == {name: data for name, data in written.items() if not name.endswith(".plux")}
 
 
 def test_every_group_and_every_flag_has_vectors(whole: Suite) -> None:
     assert list(dict.fromkeys(v.group for v in whole.sets)) == sorted(GROUPS, key=GROUPS.index)
     hunted = {flag for v in whole.sets for flag in v.flags}
     assert hunted == FLAGS.keys() - {"GOLDEN"}
-    assert {v.operation for v in whole.sets} == OPERATIONS.keys()
+    assert {v.operation for v in whole.sets} == OPERATIONS.keys() | {READER}
 
 
 def test_sets_are_sound(whole: Suite) -> None:
     ids = [v.id for v in whole.sets]
     assert len(set(ids)) == len(ids)
-    for v in whole.sets:
+    for v in (v for v in whole.sets if v.operation != READER):
         put = OPERATIONS[v.operation]
         assert len(v) > 0, v.id
         assert v.inputs.keys() == put.inputs.keys()
@@ -87,6 +89,26 @@ def test_the_lamps_are_valid(name: str, folder: Path) -> None:
     codes = {issue.code.name for issue in report.issues}
     assert report.valid
     assert codes <= ({"PLX_MANIFEST_DARK"} if name == "black" else set())
+
+
+@pytest.mark.parametrize("code", broken.FAULTS)
+def test_a_file_breaks_the_rule_that_its_set_names_and_no_other(code: str, whole: Suite) -> None:
+    name = code.removeprefix("PLX_").lower()
+    (vectors,) = (v for v in whole.sets if v.id == f"{READER}/{name}")
+    report = validate(whole.bundles[vectors.bundle])
+    found = {issue.code.name for issue in report.errors or report.issues}
+    assert found == {code} == {vectors.parameters["issue"]}
+    assert vectors.parameters["rule"] == CODES[code].anchor
+    assert vectors.refusal == (NEVER if report.valid else REQUIRED)
+
+
+def test_files_are_small_and_break_rules_of_every_kind(whole: Suite) -> None:
+    kinds = {code.anchor.rstrip("0123456789") for code in CODES.values()}
+    broken_kinds = {CODES[code].anchor.rstrip("0123456789") for code in broken.FAULTS}
+    assert broken_kinds == kinds
+    files = [whole.bundles[v.bundle] for v in whole.sets if v.operation == READER]
+    assert set(files) == set(whole.bundles.values())
+    assert sum(file.stat().st_size for file in files if file.parent.name == "files") < 1_000_000
 
 
 @pytest.mark.parametrize("network", SIGNATURES)

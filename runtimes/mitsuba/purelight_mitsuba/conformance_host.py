@@ -75,14 +75,18 @@ class MitsubaHost:
     version = metadata.version("purelight")
     operations: tuple[str, ...] = (
         *SIGNATURES, "frame", "square_to_disk", "cap", "cap_to_direction", "instance_radiance",
-        "instance_sample", "view", "estimate", "map_estimate",
+        "instance_sample", "view", "estimate", "map_estimate", protocol.READER,
     )  # fmt: skip
 
     def __init__(self) -> None:
         self._lamp: Luminaire | None = None
 
     def open(self, path: str) -> None:
-        self._lamp = load(Path(path))
+        self._lamp = None
+        lamp = load(Path(path))
+        for network in filter(lamp.has, SIGNATURES):
+            lamp.network(network)  # Translated now, so that its golden vectors are compared.
+        self._lamp = lamp
 
     @property
     def lamp(self) -> Luminaire:

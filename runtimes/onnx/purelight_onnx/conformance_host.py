@@ -14,6 +14,7 @@ from purelight_format.color import LUMINANCE
 from purelight_format.conformance import protocol
 from purelight_format.errors import PureLightError
 from purelight_format.geometry import BoundingSphere
+from purelight_format.vectors import SIGNATURES
 from purelight_onnx.exit_surface import ExitSurface
 from purelight_onnx.luminaire import Luminaire
 from purelight_onnx.viewer import shade
@@ -62,7 +63,7 @@ class OnnxHost:
         "appearance", "transparency", "sampler", "sampler_pdf", "fast_map", "frame",
         "square_to_disk", "disk_to_square", "cap", "cap_to_direction", "direction_to_cap",
         "area_to_solid_angle", "instance_radiance", "instance_sample", "view", "estimate",
-        "map_estimate",
+        "map_estimate", protocol.READER,
     )  # fmt: skip
 
     def __init__(self) -> None:
@@ -70,10 +71,12 @@ class OnnxHost:
         self._surface: ExitSurface | None = None
 
     def open(self, path: str) -> None:
-        self._lamp = Luminaire.open(path)
-        self._surface = ExitSurface(
-            self._lamp.bundle.surface(), self._lamp.manifest.bounding_sphere
-        )
+        self._lamp = self._surface = None
+        lamp = Luminaire.open(path)
+        for network in filter(lamp.has, SIGNATURES):
+            lamp.network(network)  # Loaded now, so that its golden vectors are compared.
+        self._lamp = lamp
+        self._surface = ExitSurface(lamp.bundle.surface(), lamp.manifest.bounding_sphere)
 
     def evaluate(self, operation: str, parameters: Parameters, inputs: Arrays) -> Arrays:
         answer: Arrays = getattr(self, f"_{operation}")(parameters, **inputs)
