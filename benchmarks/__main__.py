@@ -154,7 +154,7 @@ def reuse(folder: Path) -> Any:
     platform.use()
     import purelight_mitsuba
     from benchmarks.fidelity import Subject
-    from purelight_train.run_directory import RunDirectory
+    from purelight_train.runs.run_directory import RunDirectory
 
     demo = (folder / "run").is_dir()
     run = folder / "run" if demo else folder

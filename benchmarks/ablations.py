@@ -24,16 +24,16 @@ from purelight_format import atomic
 from purelight_mitsuba import platform
 
 if TYPE_CHECKING:  # Mitsuba's variant must be set before it is imported
-    from purelight_train.cap_samples import CapSamples, Radiance
-    from purelight_train.pipeline import Training
-    from purelight_train.sampler import Sampler
+    from purelight_train.learning.cap_samples import CapSamples, Radiance
+    from purelight_train.networks.sampler import Sampler
+    from purelight_train.runs.pipeline import Training
 
 TEACHER_SPP = 4
 
 
 def trained(bench: Bench) -> Training:
     """The lamp's run of the route `teacher`, up to its student."""
-    from purelight_train.pipeline import start
+    from purelight_train.runs.pipeline import start
 
     folder = bench.output / f"{bench.lamp}-teacher"
     preset = VARIANTS["teacher"].preset
@@ -46,7 +46,7 @@ def trained(bench: Bench) -> Training:
 def appearances(training: Training) -> dict[str, Callable[[], Radiance]]:
     """How each representation comes by its radiance."""
     from purelight_train.ablations.shell import Shell4D, ShellFactorised
-    from purelight_train.evaluation import as_function
+    from purelight_train.runs.evaluation import as_function
 
     teacher = training.teacher
     assert teacher is not None
@@ -61,7 +61,7 @@ def appearances(training: Training) -> dict[str, Callable[[], Radiance]]:
 def _shell(training: Training, kind: Callable[..., Any]) -> Radiance:
     """Train a density on the sphere as the teacher's flow was trained."""
     from purelight_train.ablations.shell import ShellAppearance
-    from purelight_train.teacher import PowerBatches
+    from purelight_train.learning.teacher import PowerBatches
 
     description, preset = training.lamp.description, training.preset
     torch.manual_seed(0)
@@ -79,10 +79,10 @@ def _shell(training: Training, kind: Callable[..., Any]) -> Radiance:
 def samplers(training: Training) -> Figures:
     """Held-out likelihood and efficiency of the flow and of the histogram."""
     from purelight_train.ablations.histogram_sampler import HistogramSampler
-    from purelight_train.cap_samples import CapSamples
-    from purelight_train.evaluation import as_function
-    from purelight_train.sampler import Sampler
-    from purelight_train.training_sets import SamplerBatches
+    from purelight_train.learning.cap_samples import CapSamples
+    from purelight_train.learning.training_sets import SamplerBatches
+    from purelight_train.networks.sampler import Sampler
+    from purelight_train.runs.evaluation import as_function
 
     lamp, preset = training.lamp, training.preset
     radiance = as_function(training.student, torch.device("cpu"))
@@ -130,7 +130,7 @@ def efficiency(sampler: Sampler, samples: CapSamples) -> Figures:
 
 
 def _optimise(training: Training, module: Any, loss: Any, settings: Any) -> float:
-    from purelight_train.optimisation import optimise
+    from purelight_train.runs.optimisation import optimise
 
     begin = time.process_time()
     checkpoint = training.stages.run.path / "checkpoints" / "ablation.safetensors"

@@ -21,15 +21,15 @@ from purelight_export import photometry
 from purelight_format import geometry
 from purelight_format.color import LUMINANCE
 from purelight_onnx.luminaire import Luminaire
-from purelight_train.cap_samples import look, shading_points
-from purelight_train.description import Description
-from purelight_train.exit_surface import ExitSurface
-from purelight_train.flux_closure import surface_flux
-from purelight_train.light_tracing import trace_records
-from purelight_train.pipeline import reopen
-from purelight_train.progress import Bar
-from purelight_train.run_directory import RunDirectory
-from purelight_train.teacher import Teacher
+from purelight_train.learning.cap_samples import look, shading_points
+from purelight_train.learning.flux_closure import surface_flux
+from purelight_train.learning.teacher import Teacher
+from purelight_train.light.description import Description
+from purelight_train.light.exit_surface import ExitSurface
+from purelight_train.light.light_tracing import trace_records
+from purelight_train.runs.pipeline import reopen
+from purelight_train.runs.progress import Bar
+from purelight_train.runs.run_directory import RunDirectory
 from purelight_train.truth.far_field import FarField, interpolate
 from purelight_train.truth.light_traced import light_traced, sharp_share
 from purelight_train.truth.metrics import Comparison
@@ -323,7 +323,7 @@ def hosts(subject: Subject, count: int = 1 << 14) -> Figures:
     fused = load(subject.bundle)
     scale = subject.luminaire.manifest.radiance_scale
     position, normal = subject.surface.sample(count, rng)
-    from purelight_train.flux_closure import cosine_directions
+    from purelight_train.learning.flux_closure import cosine_directions
 
     outgoing = cosine_directions(normal, rng)
     point = shading_points(subject.description, count, rng)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +13,7 @@ import numpy as np
 from onnx import TensorProto, helper, numpy_helper
 
 from purelight_format.vectors import SIGNATURES
+from purelight_mitsuba.fused import FusedNetwork
 from purelight_mitsuba.golden import lanes
 from purelight_mitsuba.luminaire import Luminaire, load
 from purelight_onnx.session import Session
@@ -45,13 +46,22 @@ def peak(size: int = 512) -> float:
     model = helper.make_model(graph, opset_imports=[helper.make_opsetid("", 18)], ir_version=10)
     session = Session(model.SerializeToString(), threads=dr.thread_count())
     rows = {"x": np.random.default_rng(1).random((1 << 15, size), np.float32)}
-    return 2 * (1 << 15) * size * size / _seconds(lambda: session(rows))
+    return 2 * (1 << 15) * size * size / seconds(lambda: session(rows))
 
 
 def _engines(luminaire: Luminaire, name: str) -> Figures:
     rows = _inputs(luminaire, name)
     values = [lanes(array) for array in rows.values()]
     network, session = luminaire.network(name), luminaire.session(name)
+    return {
+        "multiply_adds": luminaire.cost(name),
+        "fused": {"per_second": ROWS / fused_seconds(network, values)},
+        "onnxruntime": {"per_second": ROWS / seconds(lambda: session(rows))},
+    }
+
+
+def fused_seconds(network: FusedNetwork, values: Sequence[Any]) -> float:
+    """Seconds in which Dr.Jit evaluates a network in a kernel of its own."""
 
     def fused() -> None:
         total = mi.Float(0)  # One output instead of hundreds keeps the memory out of it.
@@ -61,11 +71,7 @@ def _engines(luminaire: Luminaire, name: str) -> Figures:
         dr.eval(total)
         dr.sync_thread()
 
-    return {
-        "multiply_adds": luminaire.cost(name),
-        "fused": {"per_second": ROWS / _seconds(fused)},
-        "onnxruntime": {"per_second": ROWS / _seconds(lambda: session(rows))},
-    }
+    return seconds(fused)
 
 
 def _inputs(luminaire: Luminaire, name: str) -> dict[str, np.ndarray]:
@@ -82,7 +88,7 @@ def _inputs(luminaire: Luminaire, name: str) -> dict[str, np.ndarray]:
     return {key: made[key].astype(np.float32) for key in SIGNATURES[name].inputs}
 
 
-def _seconds(function: Callable[[], Any]) -> float:
+def seconds(function: Callable[[], Any]) -> float:
     """The best of some runs, after one that compiles."""
     function()
     times = []

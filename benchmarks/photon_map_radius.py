@@ -16,11 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from purelight_mitsuba import platform
-from purelight_train.exit_records import ExitRecords, settle
-from purelight_train.exit_surface import ExitSurface, visible_part
-from purelight_train.light_tracing import trace_records
-from purelight_train.luminaire import _triangles
-from purelight_train.positional_density import PositionalDensity
+from purelight_train.light.exit_records import ExitRecords, settle
+from purelight_train.light.exit_surface import ExitSurface, visible_part
+from purelight_train.light.light_tracing import trace_records
+from purelight_train.light.luminaire import _triangles
+from purelight_train.light.positional_density import PositionalDensity
 
 RADIUS, OFFSET, INTENSITY = 0.05, 0.03, 1.0
 NEIGHBOURS = (50, 100, 200, 400, 800, 1600, 3200, 6400)

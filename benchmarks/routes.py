@@ -28,7 +28,7 @@ from purelight_mitsuba import platform
 from purelight_train.presets import DRAFT, Preset
 
 if TYPE_CHECKING:  # Mitsuba's variant must be set before it is imported
-    from purelight_train.cap_samples import Radiance
+    from purelight_train.learning.cap_samples import Radiance
 
 SIZE, PATHS, SPP = 128, 32 << 20, 16
 Figures = dict[str, Any]
@@ -100,8 +100,8 @@ class Bench:
 
     def run(self, name: str, threads: int) -> Figures:
         """Train one variant and compare it with the truth."""
-        from purelight_train.evaluation import as_function
-        from purelight_train.pipeline import start
+        from purelight_train.runs.evaluation import as_function
+        from purelight_train.runs.pipeline import start
 
         variant, folder = VARIANTS[name], self.output / f"{self.lamp}-{name}"
         shutil.rmtree(folder, ignore_errors=True)
@@ -120,7 +120,7 @@ class Bench:
 
     def errors(self, training: Any, radiance: Radiance, spp: int = SPP) -> Figures:
         """Held-out likelihood, and image errors as means over three views."""
-        from purelight_train.evaluation import fidelity
+        from purelight_train.runs.evaluation import fidelity
         from purelight_train.truth.metrics import Comparison
         from purelight_train.truth.views import field_view
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from purelight_format import atomic
-from purelight_train.progress import duration
+from purelight_train.runs.progress import duration
 
 Figures = dict[str, Any]
 PRIOR = 60.0  # Seconds of trust in what stages are expected to take

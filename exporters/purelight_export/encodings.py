@@ -1,4 +1,4 @@
-"""Input encodings and dense networks as graph pieces; `purelight_train.encodings` defines them."""
+"""Input encodings and dense networks as graph pieces (`purelight_train.networks.encodings`)."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from scipy.linalg import block_diag
 from torch import nn
 
 from purelight_export.graph import Graph, Value
-from purelight_train.encodings import harmonics_matrix, monomial_exponents
+from purelight_train.networks.encodings import harmonics_matrix, monomial_exponents
 
 
 @dataclass(frozen=True)

@@ -26,7 +26,7 @@ from purelight_onnx.camera import Camera
 from purelight_onnx.luminaire import Luminaire
 from purelight_onnx.picture import png
 from purelight_onnx.viewer import render
-from purelight_train.run_directory import RunDirectory
+from purelight_train.runs.run_directory import RunDirectory
 
 PREVIEW_SIZE = 256
 FIDELITY = ("flux_error", "student_flux", "student_flux_error", "held_out_gain_nats")

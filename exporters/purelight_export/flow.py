@@ -1,4 +1,4 @@
-"""The normalizing flow as a graph piece; `purelight_train.coupling_flow` defines it."""
+"""The normalizing flow as a graph piece; `purelight_train.networks.coupling_flow` defines it."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from purelight_export.encodings import Features, mlp, one_blob
 from purelight_export.graph import Graph, Value
-from purelight_train.coupling_flow import (
+from purelight_train.networks.coupling_flow import (
     BLOB_BINS,
     MIN_HEIGHT,
     MIN_WIDTH,

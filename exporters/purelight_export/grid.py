@@ -1,4 +1,4 @@
-"""The multi-resolution grid as a graph piece; `purelight_train.encodings.GridEncoding` defines it.
+"""The multi-resolution grid (`purelight_train.networks.encodings.GridEncoding`) as a graph piece.
 
 All corners and levels of a row are looked up at once. A lookup brings the entry's whole row of
 the table, so columns run through the corners, then the levels, then the elements of an entry.
@@ -12,7 +12,7 @@ import numpy as np
 
 from purelight_export.encodings import Features
 from purelight_export.graph import Graph, Value
-from purelight_train.encodings import GridEncoding
+from purelight_train.networks.encodings import GridEncoding
 
 CORNERS = [(c & 1, c >> 1 & 1, c >> 2) for c in range(8)]
 PACK = 1 << 15

@@ -11,12 +11,12 @@ from purelight_export.flow import flow_density, flow_sample
 from purelight_export.geometry import Cap, cap, cap_to_direction, direction_to_cap
 from purelight_export.graph import Graph, Value
 from purelight_export.grid import grid
-from purelight_train.fast_map import SIZE, FastMap
-from purelight_train.point_encoding import ANGLE_BINS, PointEncoding
-from purelight_train.sampler import Sampler
-from purelight_train.student import MAX_LOG, Student
-from purelight_train.surface_network import SurfaceNetwork
-from purelight_train.transparency import Transparency
+from purelight_train.networks.fast_map import SIZE, FastMap
+from purelight_train.networks.point_encoding import ANGLE_BINS, PointEncoding
+from purelight_train.networks.sampler import Sampler
+from purelight_train.networks.student import MAX_LOG, Student
+from purelight_train.networks.surface_network import SurfaceNetwork
+from purelight_train.networks.transparency import Transparency
 
 
 def appearance(student: Student, *, compact: bool = False) -> bytes:

@@ -20,8 +20,8 @@ from purelight_format.conformance.probes import (
 )
 from purelight_format.errors import PureLightError
 from purelight_onnx.session import Session
-from purelight_train.description import Description
-from purelight_train.run_directory import Networks
+from purelight_train.light.description import Description
+from purelight_train.runs.run_directory import Networks
 
 CHOICES = ("appearance", "transparency", "sampler", "fast_map")
 AGREEMENT = {"fp32": 1e-3, "compact": 2e-2}

@@ -32,7 +32,7 @@ def assert_same_irradiance(mi: Any, parts: dict[str, Any], precision: float = 0.
 
 def light_traced(mi: Any, parts: dict[str, Any]) -> tuple[np.ndarray, np.ndarray]:
     """Mean irradiance and its standard error, [3] each, in W/m²."""
-    from purelight_train.light_tracing import trace_records
+    from purelight_train.light.light_tracing import trace_records
     from purelight_train.truth.plane import Plane, plane_irradiance
 
     records = trace_records(mi.load_dict({"type": "scene", **parts}), 1, 0)

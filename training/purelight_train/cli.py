@@ -58,7 +58,7 @@ def _train(arguments: argparse.Namespace) -> int:
         device = "cuda" if torch.cuda.is_available() else "cpu"
     platform.use("llvm_ad_rgb" if device == "cpu" else "cuda_ad_rgb")
 
-    from purelight_train.pipeline import start
+    from purelight_train.runs.pipeline import start
 
     anchor = arguments.route == "photons" if arguments.anchor is None else arguments.anchor
     preset = replace(PRESETS[arguments.preset], mixed_precision=arguments.mixed_precision)

@@ -47,7 +47,7 @@ def _size(arguments: argparse.Namespace) -> int:
 
     platform.use("llvm_ad_rgb")
 
-    from purelight_train.right_size import right_size, table
+    from purelight_train.runs.right_size import right_size, table
 
     trials = right_size(arguments.run, arguments.output, arguments.target_error, "cpu")
     print(table(trials))

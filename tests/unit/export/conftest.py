@@ -16,14 +16,14 @@ from torch import nn
 from purelight_export.graph import Graph, Value
 from purelight_format.geometry import BoundingSphere
 from purelight_onnx.session import Session
-from purelight_train.description import Description
-from purelight_train.encodings import MLP, GridEncoding
-from purelight_train.fast_map import FastMap
+from purelight_train.light.description import Description
+from purelight_train.networks.encodings import MLP, GridEncoding
+from purelight_train.networks.fast_map import FastMap
+from purelight_train.networks.sampler import Sampler
+from purelight_train.networks.student import Student
+from purelight_train.networks.transparency import Transparency
 from purelight_train.presets import DRAFT, FlowSize, GridSize, MLPSize, Preset
-from purelight_train.run_directory import RunDirectory
-from purelight_train.sampler import Sampler
-from purelight_train.student import Student
-from purelight_train.transparency import Transparency
+from purelight_train.runs.run_directory import RunDirectory
 
 Piece = Callable[..., Value]
 

@@ -20,7 +20,7 @@ from purelight_format.bundle import Bundle
 from purelight_format.errors import PureLightError
 from purelight_format.vectors import SIGNATURES
 from purelight_onnx.luminaire import Luminaire
-from purelight_train.run_directory import RunDirectory
+from purelight_train.runs.run_directory import RunDirectory
 
 
 @pytest.fixture(scope="session")

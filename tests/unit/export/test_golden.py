@@ -13,9 +13,9 @@ from purelight_format.conformance import probes
 from purelight_format.conformance.golden import COUNT, FLOOR, golden_vectors
 from purelight_format.errors import PureLightError
 from purelight_onnx.session import Session
-from purelight_train.description import Description
+from purelight_train.light.description import Description
+from purelight_train.networks.sampler import Sampler
 from purelight_train.presets import Preset
-from purelight_train.sampler import Sampler
 
 
 def step() -> bytes:

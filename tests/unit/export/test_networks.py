@@ -14,12 +14,12 @@ from torch import nn
 from purelight_export import networks
 from purelight_format.geometry import cap, cap_to_direction
 from purelight_onnx.session import Session
-from purelight_train.description import Description
-from purelight_train.fast_map import FastMap
+from purelight_train.light.description import Description
+from purelight_train.networks.fast_map import FastMap
+from purelight_train.networks.sampler import Sampler
+from purelight_train.networks.student import Student
+from purelight_train.networks.transparency import Transparency
 from purelight_train.presets import Preset
-from purelight_train.sampler import Sampler
-from purelight_train.student import Student
-from purelight_train.transparency import Transparency
 
 Wild = Callable[[type[nn.Module], Description, Preset], Any]
 Unit = Callable[..., np.ndarray]

@@ -16,8 +16,8 @@ from purelight_export.graph import Graph, Value
 from purelight_export.grid import grid
 from purelight_format import geometry
 from purelight_format.geometry import BoundingSphere
-from purelight_train import encodings
-from purelight_train.coupling_flow import CouplingFlow
+from purelight_train.networks import encodings
+from purelight_train.networks.coupling_flow import CouplingFlow
 
 Run = Callable[..., np.ndarray]
 Unit = Callable[..., np.ndarray]

@@ -7,7 +7,7 @@ import math
 import pytest
 import torch
 
-from purelight_train.coupling_flow import CouplingFlow, Spline
+from purelight_train.networks.coupling_flow import CouplingFlow, Spline
 
 CONTEXT = 5
 

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 import torch
 
-from purelight_train import optimisation
-from purelight_train.early_stop import COOLING, PATIENCE, EarlyStop
-from purelight_train.optimisation import optimise
 from purelight_train.presets import Optimisation
+from purelight_train.runs import optimisation
+from purelight_train.runs.early_stop import COOLING, PATIENCE, EarlyStop
+from purelight_train.runs.optimisation import optimise
 
 STEPS = 1000
 SETTINGS = Optimisation(STEPS, 64, 1e-2)

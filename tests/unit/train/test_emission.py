@@ -32,7 +32,7 @@ def spheres(mi: Any, radiances: tuple[float, ...]) -> Any:
 
 
 def test_power_of_each_emitter(mitsuba: Any) -> None:
-    from purelight_train.light_tracing import Lamp
+    from purelight_train.light.light_tracing import Lamp
 
     scene = spheres(mitsuba, RADIANCES)
     emission = Lamp(scene).emission
@@ -44,14 +44,14 @@ def test_power_of_each_emitter(mitsuba: Any) -> None:
 
 def test_flux_is_the_same_and_noise_falls(mitsuba: Any) -> None:
     """Against emitters chosen uniformly; the spheres shade each other, so it is no closed form."""
-    from purelight_train.emission import Emission
-    from purelight_train.light_tracing import Lamp, trace_records
+    from purelight_train.light.emission import Emission
+    from purelight_train.light.light_tracing import Lamp, trace_records
 
     scene = spheres(mitsuba, RADIANCES)
     chosen = trace_records(scene, 1 << 20, 0)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(
-            "purelight_train.emission._probability", lambda power: np.full(len(power), 1 / 3)
+            "purelight_train.light.emission._probability", lambda power: np.full(len(power), 1 / 3)
         )
         uniform = trace_records(scene, 1 << 20, 1)
         assert Lamp(scene).emission.probability[0] == pytest.approx(1 / 3)
@@ -63,7 +63,7 @@ def test_flux_is_the_same_and_noise_falls(mitsuba: Any) -> None:
 
 
 def test_a_faint_channel_gets_half_of_the_paths(mitsuba: Any) -> None:
-    from purelight_train.emission import _probability
+    from purelight_train.light.emission import _probability
 
     power = np.array([[100.0, 0, 0], [0, 0, 0.1]])
     np.testing.assert_allclose(_probability(power), 0.5)
@@ -72,7 +72,7 @@ def test_a_faint_channel_gets_half_of_the_paths(mitsuba: Any) -> None:
 
 def test_textured_emitter_keeps_its_picture(mitsuba: Any) -> None:
     """A square with a dark and a bright half: power, and where it comes from."""
-    from purelight_train.light_tracing import trace_records
+    from purelight_train.light.light_tracing import trace_records
 
     picture = np.zeros((1, 2, 3), np.float32)
     picture[0, :] = [[1.0, 0.5, 0.0], [9.0, 4.5, 0.0]]
@@ -93,7 +93,7 @@ def test_textured_emitter_keeps_its_picture(mitsuba: Any) -> None:
 
 
 def test_point_and_area_emitters_together(mitsuba: Any) -> None:
-    from purelight_train.light_tracing import trace_records
+    from purelight_train.light.light_tracing import trace_records
 
     scene = mitsuba.load_dict(
         {

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import torch
 
-from purelight_train.encodings import (
+from purelight_train.networks.encodings import (
     MLP,
     GridEncoding,
     SphericalHarmonics,

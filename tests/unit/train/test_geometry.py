@@ -7,7 +7,7 @@ import pytest
 import torch
 
 from purelight_format import geometry as reference
-from purelight_train import geometry
+from purelight_train.networks import geometry
 
 SPHERE = reference.BoundingSphere((0.1, -0.2, 0.3), 0.05)
 CENTRE = torch.tensor(SPHERE.center, dtype=torch.float64)

@@ -39,7 +39,7 @@ def lamp_of_size(mi: Any, size: float, radiance: float = 1.0) -> Any:
 @pytest.mark.parametrize("size", [1e-3, 1e3])
 def test_size_does_not_matter(mitsuba: Any, size: float) -> None:
     """The same paths, scaled: Mitsuba's own `spawn_ray` loses a quarter of a centimetre lamp."""
-    from purelight_train.light_tracing import trace_records
+    from purelight_train.light.light_tracing import trace_records
 
     unit = trace_records(lamp_of_size(mitsuba, 1.0), 1, 0)
     scaled = trace_records(lamp_of_size(mitsuba, size), 1, 0)
@@ -51,7 +51,7 @@ def test_size_does_not_matter(mitsuba: Any, size: float) -> None:
 
 @pytest.mark.parametrize("power", [1e-6, 1e6])
 def test_power_does_not_matter(mitsuba: Any, power: float) -> None:
-    from purelight_train.light_tracing import trace_records
+    from purelight_train.light.light_tracing import trace_records
 
     unit = trace_records(lamp_of_size(mitsuba, 1.0), 1, 0)
     scaled = trace_records(lamp_of_size(mitsuba, 1.0, power), 1, 0)
@@ -60,7 +60,7 @@ def test_power_does_not_matter(mitsuba: Any, power: float) -> None:
 
 
 def test_red_only_lamp_behind_coloured_glass(mitsuba: Any) -> None:
-    from purelight_train.light_tracing import trace_records
+    from purelight_train.light.light_tracing import trace_records
 
     red = {"type": "rgb", "value": [5.0, 0, 0]}
     scene = mitsuba.load_dict(
@@ -78,7 +78,7 @@ def test_red_only_lamp_behind_coloured_glass(mitsuba: Any) -> None:
 def test_total_reflection_trap_ends(mitsuba: Any) -> None:
     """Light that starts near the rim of a glass ball is trapped: paths end, are counted, and
     what escapes never weighs more than what was emitted."""
-    from purelight_train.light_tracing import trace_records
+    from purelight_train.light.light_tracing import trace_records
 
     scene = mitsuba.load_dict(
         {
@@ -98,7 +98,7 @@ def test_total_reflection_trap_ends(mitsuba: Any) -> None:
 
 def test_not_finite_paths_are_dropped_counted_and_told(mitsuba: Any) -> None:
     """A texture with one NaN: its light is left out, the rest is as it was."""
-    from purelight_train.light_tracing import trace_records
+    from purelight_train.light.light_tracing import trace_records
 
     picture = np.ones((4, 4, 3), np.float32)
     picture[1, 2] = np.nan
@@ -130,7 +130,7 @@ def test_copies_and_slivers_are_left_out(mitsuba: Any) -> None:
     """A cube with each face twice, once the other way round, and with empty triangles."""
     import trimesh
 
-    from purelight_train.exit_surface import visible_part
+    from purelight_train.light.exit_surface import visible_part
 
     cube = trimesh.creation.box()
     corners = np.asarray(cube.vertices, np.float32)
@@ -152,10 +152,10 @@ def test_flipped_and_open_globes_give_finite_records(mitsuba: Any, change: str) 
     """Wrong glass is refracted wrongly, but nothing breaks and no power appears."""
     import trimesh
 
-    from purelight_train.exit_records import settle
-    from purelight_train.exit_surface import mitsuba_mesh, visible_part
-    from purelight_train.light_tracing import trace_records
-    from purelight_train.luminaire import _triangles
+    from purelight_train.light.exit_records import settle
+    from purelight_train.light.exit_surface import mitsuba_mesh, visible_part
+    from purelight_train.light.light_tracing import trace_records
+    from purelight_train.light.luminaire import _triangles
 
     globe = trimesh.creation.icosphere(3)
     faces = globe.faces[:, ::-1] if change == "flipped" else globe.faces[: len(globe.faces) // 2]
@@ -176,7 +176,7 @@ def test_flipped_and_open_globes_give_finite_records(mitsuba: Any, change: str) 
 
 
 def test_lamp_file_with_glass_inside_out_is_warned_of(mitsuba: Any, tmp_path: Path) -> None:
-    from purelight_train.luminaire import load_luminaire
+    from purelight_train.light.luminaire import load_luminaire
 
     text = """<scene version="3.0.0">
       <shape type="sphere"><float name="radius" value="0.2"/>

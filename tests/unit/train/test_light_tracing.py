@@ -30,7 +30,7 @@ def shell(bsdf: dict[str, Any]) -> dict[str, Any]:
 
 
 def test_bare_emitter_keeps_its_flux(mitsuba: Any) -> None:
-    from purelight_train.light_tracing import trace_records
+    from purelight_train.light.light_tracing import trace_records
 
     records = trace_records(mitsuba.load_dict({"type": "scene", "bulb": BARE}), 1 << 18, 0)
     np.testing.assert_allclose(records.flux, EMITTED, rtol=1e-5)
@@ -41,7 +41,7 @@ def test_bare_emitter_keeps_its_flux(mitsuba: Any) -> None:
 
 def test_clear_white_lamp_loses_nothing(mitsuba: Any) -> None:
     """Smooth glass absorbs nothing and a white bulb returns all: power in is power out."""
-    from purelight_train.light_tracing import trace_records
+    from purelight_train.light.light_tracing import trace_records
 
     white = {**BARE, "bsdf": {"type": "diffuse", "reflectance": {"type": "rgb", "value": 1.0}}}
     glass = shell({"type": "dielectric", "int_ior": 1.5})
@@ -53,7 +53,7 @@ def test_clear_white_lamp_loses_nothing(mitsuba: Any) -> None:
 
 
 def test_same_seed_same_records(mitsuba: Any) -> None:
-    from purelight_train.light_tracing import trace_records
+    from purelight_train.light.light_tracing import trace_records
 
     scene = mitsuba.load_dict({"type": "scene", "bulb": BARE, **shell({"type": "dielectric"})})
     a, b, c = (trace_records(scene, 1, seed) for seed in (7, 7, 8))
@@ -63,7 +63,7 @@ def test_same_seed_same_records(mitsuba: Any) -> None:
 
 
 def test_dark_lamp_is_refused(mitsuba: Any) -> None:
-    from purelight_train.light_tracing import trace_records
+    from purelight_train.light.light_tracing import trace_records
 
     black = {**BARE, "emitter": {"type": "area", "radiance": {"type": "rgb", "value": 0.0}}}
     with pytest.raises(PureLightError, match="emits nothing"):
@@ -72,7 +72,7 @@ def test_dark_lamp_is_refused(mitsuba: Any) -> None:
 
 def test_path_tracing_agrees_on_a_plane(mitsuba: Any, lamp: Path) -> None:
     """Irradiance of light tracing and of Mitsuba's path tracer: mean within four deviations."""
-    from purelight_train.light_tracing import trace_records
+    from purelight_train.light.light_tracing import trace_records
     from purelight_train.truth.plane import Plane, plane_irradiance
 
     scene = mitsuba.load_file(str(lamp))

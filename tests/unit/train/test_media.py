@@ -64,7 +64,7 @@ def emitted() -> np.ndarray:
 
 def test_absorption_follows_beers_law(mitsuba: Any) -> None:
     """Exact where nothing is scattered: one weight a path, no path lost."""
-    from purelight_train.light_tracing import trace_records
+    from purelight_train.light.light_tracing import trace_records
 
     scene = mitsuba.load_dict({"type": "scene", **ball(medium(0.0))})
     records = trace_records(scene, 1, 0)
@@ -81,7 +81,7 @@ def test_absorption_follows_beers_law(mitsuba: Any) -> None:
 @pytest.mark.parametrize("kind", ["homogeneous", "heterogeneous"])
 def test_white_medium_loses_nothing(mitsuba: Any, kind: str) -> None:
     """A white bulb in a white medium: all power comes out, however often it is scattered."""
-    from purelight_train.light_tracing import trace_records
+    from purelight_train.light.light_tracing import trace_records
 
     inside = cloud(mitsuba, 1.0) if kind == "heterogeneous" else medium(1.0, g=0.6)
     parts = ball(inside)
@@ -112,7 +112,7 @@ def test_path_tracing_agrees(mitsuba: Any, kind: str) -> None:
 
 def test_straight_lines_are_attenuated(mitsuba: Any) -> None:
     """Through a null ball, coloured glass and a cloud: exp of minus the depth along the line."""
-    from purelight_train.throughput import straight_throughput
+    from purelight_train.light.throughput import straight_throughput
 
     count = 1 << 16
     height = np.linspace(-0.9, 0.9, count, dtype=np.float32) * RADIUS

@@ -11,8 +11,8 @@ import pytest
 import torch
 from torch import Tensor
 
-from purelight_train.optimisation import Trace, UsualNorm, optimise
 from purelight_train.presets import Optimisation
+from purelight_train.runs.optimisation import Trace, UsualNorm, optimise
 
 STEPS = 600
 

@@ -11,7 +11,7 @@ import pytest
 import torch
 
 from purelight_format.errors import PureLightError
-from purelight_train.photon_loss import chosen_loss, logistic, poisson
+from purelight_train.learning.photon_loss import chosen_loss, logistic, poisson
 from purelight_train.presets import DRAFT
 
 TRUE = torch.tensor([0.02, 0.5, 3.0, 200.0], dtype=torch.float64)  # radiance of four cells
@@ -46,8 +46,8 @@ def test_unknown_loss_is_refused() -> None:
 
 def test_reference_rays_are_uniform_by_area_and_projected_angle(lamp: Path) -> None:
     """On a convex lamp their measure is pi A, their cosine 2/3 and their points uniform."""
-    from purelight_train.luminaire import load_luminaire
-    from purelight_train.photon_batches import reference_rays
+    from purelight_train.learning.photon_batches import reference_rays
+    from purelight_train.light.luminaire import load_luminaire
 
     surface = load_luminaire(lamp).exit_surface
     rng = np.random.default_rng(0)
@@ -61,9 +61,9 @@ def test_reference_rays_are_uniform_by_area_and_projected_angle(lamp: Path) -> N
 
 
 def test_photons_weigh_one_in_every_channel(lamp: Path) -> None:
-    from purelight_train.light_tracing import trace_records
-    from purelight_train.luminaire import load_luminaire
-    from purelight_train.photon_batches import seen_photons
+    from purelight_train.learning.photon_batches import seen_photons
+    from purelight_train.light.light_tracing import trace_records
+    from purelight_train.light.luminaire import load_luminaire
 
     luminaire = load_luminaire(lamp)
     records = trace_records(luminaire.scene, 1, 0)
@@ -78,13 +78,13 @@ def test_student_finds_a_lambertian_sphere(lamp: Path, mitsuba: Any) -> None:
     """Endless photons of a bare sphere: the fitted radiance is its own, to a few per cent."""
     import dataclasses
 
-    from purelight_train.description import Description
-    from purelight_train.light_tracing import trace_records
-    from purelight_train.luminaire import load_luminaire
-    from purelight_train.photon_batches import PhotonBatches
-    from purelight_train.photon_loss import student_loss
+    from purelight_train.learning.photon_batches import PhotonBatches
+    from purelight_train.learning.photon_loss import student_loss
+    from purelight_train.light.description import Description
+    from purelight_train.light.light_tracing import trace_records
+    from purelight_train.light.luminaire import load_luminaire
+    from purelight_train.networks.student import Student
     from purelight_train.presets import GridSize, MLPSize
-    from purelight_train.student import Student
 
     path = lamp.parent / "bare.xml"
     path.write_text(

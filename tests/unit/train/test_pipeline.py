@@ -49,7 +49,7 @@ TINY = dataclasses.replace(
 
 
 def train(lamp: Path, output: Path, preset: Preset = TINY, **options: Any) -> dict[str, Any]:
-    from purelight_train.pipeline import start
+    from purelight_train.runs.pipeline import start
 
     return start(lamp, output, preset, 0, "cpu", **{"resume": False, **options})()
 
@@ -62,7 +62,7 @@ def run(lamp: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_run_is_complete(run: Path) -> None:
-    from purelight_train.run_directory import RunDirectory
+    from purelight_train.runs.run_directory import RunDirectory
 
     opened = RunDirectory.open(run)
     networks, description = opened.networks(), opened.description
@@ -89,7 +89,7 @@ def test_run_is_complete(run: Path) -> None:
 
 def test_route_photons(run: Path, lamp: Path, tmp_path: Path) -> None:
     """No teacher, the same files, and as good a likelihood."""
-    from purelight_train.run_directory import RunDirectory
+    from purelight_train.runs.run_directory import RunDirectory
 
     metrics = train(lamp, tmp_path, route="photons", anchor=True)
     opened = RunDirectory.open(tmp_path)
@@ -103,7 +103,7 @@ def test_route_photons(run: Path, lamp: Path, tmp_path: Path) -> None:
 
 
 def test_opaque_lamp_goes_without_transparency(lamp: Path, tmp_path: Path) -> None:
-    from purelight_train.pipeline import start
+    from purelight_train.runs.pipeline import start
 
     scene = tmp_path / "ball.xml"
     scene.write_text(
@@ -119,10 +119,10 @@ def test_fresh_records(lamp: Path, tmp_path: Path) -> None:
     """Records generated during optimisation teach the flow as well."""
     import copy
 
-    from purelight_train.stages import Stages
+    from purelight_train.runs.stages import Stages
 
     preset = dataclasses.replace(TINY, fresh_records=True)
-    from purelight_train.pipeline import start
+    from purelight_train.runs.pipeline import start
 
     training = start(lamp, tmp_path, preset, 0, "cpu", resume=False)
     route: Any = training.route
@@ -157,7 +157,7 @@ def test_interrupted_run_ends_the_same(run: Path, lamp: Path, tmp_path: Path) ->
 
 def test_checkpoint_continues_where_it_stopped(tmp_path: Path) -> None:
     """A run stopped halfway and resumed takes the same steps as one that was not."""
-    from purelight_train import optimisation
+    from purelight_train.runs import optimisation
 
     target = torch.linspace(0, 1, 64)
 
@@ -195,7 +195,7 @@ def test_checkpoint_continues_where_it_stopped(tmp_path: Path) -> None:
 
 
 def test_bad_gradient_is_skipped_and_counted(tmp_path: Path) -> None:
-    from purelight_train.optimisation import optimise
+    from purelight_train.runs.optimisation import optimise
 
     module = torch.nn.Linear(1, 1)
 
@@ -222,8 +222,8 @@ def test_other_run_in_the_way(run: Path, lamp: Path) -> None:
 def test_right_size(run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A loose target takes the smallest student, in a run that exports like any other."""
     from purelight_format.errors import PureLightError
-    from purelight_train import right_size
-    from purelight_train.run_directory import RunDirectory
+    from purelight_train.runs import right_size
+    from purelight_train.runs.run_directory import RunDirectory
 
     monkeypatch.setattr(right_size, "LINES", 1 << 17)
     small = tmp_path / "small"
@@ -256,7 +256,7 @@ def test_killed_run_resumes(lamp: Path, run: Path, tmp_path: Path) -> None:
         "import sys; from pathlib import Path; sys.path.insert(0, sys.argv[3]);"
         "from purelight_mitsuba import platform; platform.use();"
         "import torch; torch.set_num_threads(2);"
-        "from purelight_train.pipeline import start;"
+        "from purelight_train.runs.pipeline import start;"
         "from test_pipeline import TINY;"
         "start(Path(sys.argv[1]), Path(sys.argv[2]), TINY, 0, 'cpu', resume=True)()"
     )

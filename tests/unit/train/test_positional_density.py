@@ -9,11 +9,11 @@ import numpy as np
 
 
 def test_uniform_sphere_and_its_flux(mitsuba: Any) -> None:
-    from purelight_train.exit_records import settle
-    from purelight_train.exit_surface import visible_part
-    from purelight_train.light_tracing import trace_records
-    from purelight_train.luminaire import _triangles
-    from purelight_train.positional_density import PositionalDensity
+    from purelight_train.light.exit_records import settle
+    from purelight_train.light.exit_surface import visible_part
+    from purelight_train.light.light_tracing import trace_records
+    from purelight_train.light.luminaire import _triangles
+    from purelight_train.light.positional_density import PositionalDensity
 
     cube = {
         "type": "cube",
@@ -37,7 +37,7 @@ def test_uniform_sphere_and_its_flux(mitsuba: Any) -> None:
 
 
 def test_neighbour_sum_counts_by_distance_and_normal(mitsuba: Any) -> None:
-    from purelight_train.positional_density import NeighbourSum
+    from purelight_train.light.positional_density import NeighbourSum
 
     rng = np.random.default_rng(1)
     position = rng.uniform(-1, 1, (500, 3)).astype(np.float32)

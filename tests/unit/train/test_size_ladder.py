@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from purelight_format.geometry import BoundingSphere
-from purelight_train.description import Description
+from purelight_train.light.description import Description
+from purelight_train.networks.student import Student
 from purelight_train.presets import DRAFT, STANDARD, Preset
-from purelight_train.size_ladder import ladder, touched
-from purelight_train.student import Student
+from purelight_train.runs.size_ladder import ladder, touched
 
 LAMP = Description(
     BoundingSphere((0.0, 0.0, 0.0), 1.0), (1.0, 1.0, 1.0), (0.0, 0.0, 0.0), 1.0,

@@ -43,8 +43,8 @@ def glowing(mitsuba: Any) -> dict[str, Any]:
     """A ball of one radiance, its surface, and that radiance as a field."""
     import trimesh
 
-    from purelight_train.description import Description
-    from purelight_train.exit_surface import ExitSurface
+    from purelight_train.light.description import Description
+    from purelight_train.light.exit_surface import ExitSurface
 
     ball = trimesh.creation.icosphere(subdivisions=4, radius=SPHERE.radius)
     surface = ExitSurface(
@@ -112,7 +112,7 @@ def test_cap_maps_compare_with_the_light(glowing: dict[str, Any]) -> None:
 
 def write(folder: Path, metrics: dict[str, Any]) -> str:
     from purelight_train.report.training import TrainingReport
-    from purelight_train.run_directory import RunDirectory
+    from purelight_train.runs.run_directory import RunDirectory
 
     run = RunDirectory(folder)
     run.write_json("metrics.json", metrics)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from purelight_train.exit_records import ExitRecords
+from purelight_train.light.exit_records import ExitRecords
 from purelight_train.truth.far_field import FarField, interpolate
 
 POWER = np.array([3.0, 2.0, 1.0])

@@ -168,7 +168,7 @@ def test_field_view_is_the_same_camera(mitsuba: Any) -> None:
     """A constant field on a tessellated ball gives the analytic picture."""
     import trimesh
 
-    from purelight_train.exit_surface import ExitSurface
+    from purelight_train.light.exit_surface import ExitSurface
     from purelight_train.truth.views import field_view
 
     ball = trimesh.creation.icosphere(subdivisions=4, radius=0.3)

@@ -5,11 +5,11 @@ from __future__ import annotations
 import torch
 from torch import Tensor
 
-from purelight_train.description import Description
-from purelight_train.encodings import MLP
-from purelight_train.fast_map import SIZE
+from purelight_train.light.description import Description
+from purelight_train.networks.encodings import MLP
+from purelight_train.networks.fast_map import SIZE
+from purelight_train.networks.sampler import Sampler
 from purelight_train.presets import Preset
-from purelight_train.sampler import Sampler
 
 
 class HistogramSampler(Sampler):

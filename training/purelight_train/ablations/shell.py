@@ -14,11 +14,11 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
-from purelight_train.coupling_flow import CouplingFlow
-from purelight_train.description import Description
-from purelight_train.geometry import direction_to_square
+from purelight_train.light.description import Description
+from purelight_train.networks.coupling_flow import CouplingFlow
+from purelight_train.networks.geometry import direction_to_square
+from purelight_train.networks.surface_network import make_grid
 from purelight_train.presets import GridSize, Preset
-from purelight_train.surface_network import make_grid
 
 Float = NDArray[np.float32]
 EVALUATED = 1 << 15

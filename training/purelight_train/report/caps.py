@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 
 from purelight_format import geometry
 from purelight_format.color import LUMINANCE
-from purelight_train.cap_samples import Radiance, look
-from purelight_train.description import Description
-from purelight_train.exit_surface import ExitSurface
-from purelight_train.fast_map import FastMap
+from purelight_train.learning.cap_samples import Radiance, look
+from purelight_train.light.description import Description
+from purelight_train.light.exit_surface import ExitSurface
+from purelight_train.networks.fast_map import FastMap
+from purelight_train.networks.sampler import Sampler
 from purelight_train.report.grading import heat, lamp_grade
 from purelight_train.report.page import Row, Shot
-from purelight_train.sampler import Sampler
 from purelight_train.truth.picture import Image, means
 
 # Shading points: azimuth, elevation in degrees, distance in radii

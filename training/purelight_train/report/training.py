@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from purelight_train.evaluation import as_function
-from purelight_train.progress import Bar, duration
 from purelight_train.report.caps import CapMaps
 from purelight_train.report.page import Curves, Row, Section, Table, Warnings, write_page
 from purelight_train.report.views import LampViews
-from purelight_train.run_directory import RunDirectory
+from purelight_train.runs.evaluation import as_function
+from purelight_train.runs.progress import Bar, duration
+from purelight_train.runs.run_directory import RunDirectory
 
 if TYPE_CHECKING:
-    from purelight_train.pipeline import Training
+    from purelight_train.runs.pipeline import Training
 
 MOST_PATHS = 1 << 23
 

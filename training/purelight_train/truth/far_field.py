@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import RegularGridInterpolator
 
-from purelight_train.exit_records import ExitRecords
+from purelight_train.light.exit_records import ExitRecords
 
 Table = NDArray[np.float64]
 

@@ -21,8 +21,8 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-from purelight_train.light_tracing import ESCAPED, Lamp, trace_paths
-from purelight_train.rays import leave
+from purelight_train.light.light_tracing import ESCAPED, Lamp, trace_paths
+from purelight_train.light.rays import leave
 from purelight_train.truth.lens_film import LensFilm
 from purelight_train.truth.picture import Passes, Picture
 from purelight_train.truth.thin_lens import ThinLens

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from purelight_format.geometry import BoundingSphere
-from purelight_train.exit_records import ExitRecords
+from purelight_train.light.exit_records import ExitRecords
 
 Image = NDArray[np.float64]
 

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from purelight_format.geometry import BoundingSphere
-from purelight_train.preview import view_axes, view_half
+from purelight_train.runs.preview import view_axes, view_half
 
 Float = NDArray[np.float32]
 Vector = NDArray[np.float64]

@@ -8,8 +8,8 @@ from typing import Any
 import mitsuba as mi
 import numpy as np
 
-from purelight_train.cap_samples import Radiance, look
-from purelight_train.exit_surface import ExitSurface
+from purelight_train.learning.cap_samples import Radiance, look
+from purelight_train.light.exit_surface import ExitSurface
 from purelight_train.truth.metrics import Mask
 from purelight_train.truth.picture import Passes, Picture
 from purelight_train.truth.thin_lens import ThinLens

@@ -1,0 +1,97 @@
+"""The lamp's radiance as seen from shading points: what the sampler and the fast map learn."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from purelight_format.color import LUMINANCE
+from purelight_train.light.description import Description
+from purelight_train.light.exit_surface import ExitSurface
+from purelight_train.networks import geometry
+from purelight_train.networks.fast_map import SIZE
+
+Float = NDArray[np.float32]
+Radiance = Callable[[Float, Float, Float], Float]
+CELLS = SIZE * SIZE
+POINT_BATCH = 1 << 11
+
+
+def shading_points(description: Description, count: int, rng: np.random.Generator) -> Float:
+    """Points between the bounding sphere and r_max radii: [count, 3].
+
+    Half are uniform in volume as in the paper, half logarithmic in distance: a volume puts less
+    than one point in a hundred within three radii, where the field changes most.
+    """
+    direction = rng.normal(size=(count, 3))
+    direction /= np.linalg.norm(direction, axis=1, keepdims=True)
+    u = rng.random(count)
+    volume = (1 + u * (description.r_max**3 - 1)) ** (1 / 3)
+    distance = np.where(np.arange(count) % 2 == 0, volume, description.r_max**u)
+    distance = np.maximum(distance, 1.0005) * description.sphere.radius
+    point = np.asarray(description.sphere.center) + distance[:, None] * direction
+    return point.astype(np.float32)
+
+
+@dataclass(frozen=True)
+class CapSamples:
+    """One random direction in each cell of the cap, for every shading point.
+
+    Arguments:
+        point: [P, 3].
+        square: [P, 256, 2] coordinates in the cap's square, one in each cell, row by row.
+        radiance: [P, 256, 3] towards the point.
+    """
+
+    point: Float
+    square: Float
+    radiance: Float
+
+    @staticmethod
+    def gather(
+        description: Description,
+        surface: ExitSurface,
+        radiance: Radiance,
+        count: int,
+        rng: np.random.Generator,
+        progress: Callable[[int], None] = lambda _: None,
+    ) -> CapSamples:
+        """Look at the lamp from `count` points along a jittered direction in each cell."""
+        point = shading_points(description, count, rng)
+        column, row = np.meshgrid(np.arange(SIZE), np.arange(SIZE))
+        corner = np.stack((column, row), -1).reshape(1, CELLS, 2)
+        square = ((corner + rng.random((count, CELLS, 2))) / SIZE).astype(np.float32)
+        value = np.zeros((count, CELLS, 3), np.float32)
+        for i in range(0, count, POINT_BATCH):
+            part = slice(i, i + POINT_BATCH)
+            direction = cap_directions(description, point[part], square[part])
+            seen = look(surface, radiance, np.repeat(point[part], CELLS, 0), direction)
+            value[part] = seen.reshape(-1, CELLS, 3)
+            progress(min(i + POINT_BATCH, count))
+        return CapSamples(point, square, value)
+
+    def luminance(self) -> Float:
+        """[P, 256]."""
+        return (self.radiance @ LUMINANCE).astype(np.float32)
+
+
+def cap_directions(description: Description, point: Float, square: Float) -> Float:
+    """Directions of cap coordinates [P, K, 2] seen from points [P, 3]: [P K, 3]."""
+    repeated = torch.from_numpy(point).double().repeat_interleave(square.shape[1], 0)
+    centre = torch.tensor(description.sphere.center, dtype=torch.float64)
+    axis, one_minus_cos = geometry.cap(repeated, centre, description.sphere.radius)
+    u: Tensor = torch.from_numpy(square.reshape(-1, 2)).double()
+    return geometry.cap_to_direction(u, axis, one_minus_cos).float().numpy()
+
+
+def look(surface: ExitSurface, radiance: Radiance, origin: Float, direction: Float) -> Float:
+    """Radiance seen along rays, zero where they miss the lamp: [N, 3], [N, 3] -> [N, 3]."""
+    hits = surface.intersect(origin, direction)
+    value = np.zeros((len(origin), 3), np.float32)
+    value[hits.index] = radiance(hits.position, hits.normal, -direction[hits.index])
+    return value

@@ -1,0 +1,1 @@
+"""Light out of a lamp: traced, recorded, and counted."""

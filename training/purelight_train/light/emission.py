@@ -1,0 +1,103 @@
+"""Where light paths begin: emitters drawn by their power, and the rays they send out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+from numpy.typing import NDArray
+
+from purelight_train.light.rays import leave
+
+PILOT_RAYS = 1 << 16
+LEAST_PILOT_RAYS = 64
+UNIFORM_SHARE = 0.01  # keeps emitters that the pilot misjudged
+
+
+@dataclass(frozen=True)
+class Emission:
+    """The emitters of a scene and the probability with which a path begins at each.
+
+    Arguments:
+        emitters: pointers to them, [E].
+        extent: size of the scene (`rays.scene_extent`).
+        probability: [E], sums to one.
+    """
+
+    emitters: Any
+    extent: Any
+    probability: NDArray[np.float64]
+
+    @staticmethod
+    def of(scene: Any, extent: Any) -> Emission:
+        """Emitters in proportion to their power, which a pilot measures that joins no result.
+
+        An area light of one radiance gives every pilot ray the same weight, so that its power,
+        pi * area * radiance, is exact; the power of other emitters is estimated.
+        """
+        emitters = scene.emitters_dr()
+        uniform = Emission(emitters, extent, np.full(len(emitters), 1 / len(emitters)))
+        return Emission(emitters, extent, _probability(uniform.power()))
+
+    def power(self) -> NDArray[np.float64]:
+        """Power that each emitter sends out in W per channel: [E, 3]."""
+        count = len(self.probability)
+        rays = max(LEAST_PILOT_RAYS, PILOT_RAYS // count)
+        sampler = mi.load_dict({"type": "independent"})
+        sampler.seed(0, count * rays)
+        emitter = dr.gather(
+            mi.EmitterPtr, self.emitters, dr.arange(mi.UInt32, count * rays) // rays
+        )
+        weight = np.array(self._ray(emitter, sampler)[1], np.float64)
+        return np.where(np.isfinite(weight), weight, 0).reshape(3, count, rays).mean(2).T
+
+    def sample(self, sampler: Any) -> tuple[Any, Any, Any]:
+        """Begin one path a lane.
+
+        Returns:
+            ray, its emitter, and its weight in W per channel: emitted radiance times cosine over
+            the probability density of emitter, point and direction.
+        """
+        choice = mi.DiscreteDistribution(mi.Float(self.probability.astype(np.float32)))
+        index, probability = choice.sample_pmf(sampler.next_1d())
+        emitter = dr.gather(mi.EmitterPtr, self.emitters, index)
+        ray, weight = self._ray(emitter, sampler)
+        return ray, emitter, weight / probability
+
+    def _ray(self, emitter: Any, sampler: Any) -> tuple[Any, Any]:
+        """A ray of given emitters and its weight.
+
+        Area lights are sampled by area and cosine here, not by `sample_ray`: that lifts rays off
+        as `spawn_ray` does (see `rays.leave`), and maps textures onto shapes by inverting UVs,
+        which must then be a bijection.
+        """
+        position, direction = sampler.next_2d(), sampler.next_2d()
+        shape = emitter.get_shape()
+        area_light = shape != dr.zeros(mi.ShapePtr)
+        point = shape.sample_position(mi.Float(0), position, area_light)
+        si = mi.SurfaceInteraction3f(point, mi.Color0f())
+        si.wi = mi.warp.square_to_cosine_hemisphere(direction)
+        ray = leave(si.p, si.n, si.to_world(si.wi), self.extent)
+        weight = emitter.eval(si, area_light) * (dr.pi * dr.rcp(point.pdf))
+        if not bool(dr.all(self.emitters.get_shape() != dr.zeros(mi.ShapePtr))):
+            other, value = emitter.sample_ray(
+                mi.Float(0), sampler.next_1d(), position, direction, ~area_light
+            )
+            ray, weight = dr.select(area_light, ray, other), dr.select(area_light, weight, value)
+        return ray, weight
+
+
+def _probability(power: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Mean over the channels of each emitter's share of a channel: [E, 3] -> [E].
+
+    Every channel is learned on its own, so a faint blue LED beside a bright red one gets paths.
+    """
+    total = power.sum(0)
+    lit = total > 0
+    if not lit.any():
+        return np.full(len(power), 1 / len(power))
+    share = (power[:, lit] / total[lit]).mean(1)
+    return (1 - UNIFORM_SHARE) * share + UNIFORM_SHARE / len(power)

@@ -1,0 +1,77 @@
+"""Fast map (paper Sec. 3.5): a 16x16 radiance map of the lamp as seen from a point."""
+
+from __future__ import annotations
+
+import torch
+from torch import Tensor, nn
+
+from purelight_train.light.description import Description
+from purelight_train.networks.encodings import MLP
+from purelight_train.networks.point_encoding import PointEncoding
+from purelight_train.networks.student import MAX_LOG
+from purelight_train.presets import Preset
+
+SIZE = 16
+
+
+class FastMap(nn.Module):
+    """Mean radiance in the 16x16 equal cells of the cap's square, [row v, column u, channel].
+
+    With `fast_map_one_hot`, as in the paper, the network's input is [encoding(point), one-hot
+    channel], and it is evaluated once a channel; otherwise one evaluation gives all channels,
+    for a third of the work. A gain per channel closes the power that the map sends to points all
+    around (`close_power`).
+    """
+
+    channels: Tensor
+    gain: Tensor
+    scale: Tensor
+
+    def __init__(self, description: Description, preset: Preset) -> None:
+        super().__init__()
+        self.encoding = PointEncoding(description, preset.point_grid)
+        self.one_hot = preset.fast_map_one_hot
+        size, cells = preset.fast_map_network, SIZE * SIZE
+        inputs, outputs = (3, cells) if self.one_hot else (0, 3 * cells)
+        self.network = MLP(self.encoding.size + inputs, outputs, size.width, size.depth)
+        self.register_buffer("scale", torch.tensor(description.channel_scale), persistent=False)
+        present = torch.tensor(description.channels, dtype=torch.float32)
+        self.register_buffer("channels", present, persistent=False)
+        self.register_buffer("gain", torch.ones(3))
+
+    def raw(self, point: Tensor) -> Tensor:
+        """log1p(radiance / scale) before clipping: [N, 3] -> [N, 256, 3]."""
+        context = self.encoding(point)
+        if not self.one_hot:
+            joint: Tensor = self.network(context).view(-1, 3, SIZE * SIZE).transpose(1, 2)
+            return joint
+        outputs = []
+        for channel in range(3):
+            one_hot = torch.zeros(len(point), 3, dtype=context.dtype, device=context.device)
+            one_hot[:, channel] = 1
+            outputs.append(self.network(torch.cat((context, one_hot), -1)))
+        return torch.stack(outputs, -1)
+
+    def forward(self, point: Tensor) -> Tensor:
+        """Radiance map in W/(m² sr): [N, 3] -> [N, 16, 16, 3]."""
+        log = self.raw(point).clamp(0, MAX_LOG)
+        radiance = torch.expm1(log) * (self.scale * self.gain * self.channels)
+        return radiance.view(-1, SIZE, SIZE, 3)
+
+    def loss(self, point: Tensor, radiance: Tensor) -> Tensor:
+        """Mean square error of radiance / scale, as the paper: energy first, and unbiased.
+
+        Arguments:
+            point: [N, 3].
+            radiance: [N, 256, 3], one random sample in each cell.
+        """
+        # Not clipped below: a cell that strayed under zero would have no gradient to come back
+        value = torch.expm1(self.raw(point).clamp(max=MAX_LOG))
+        return (((value - radiance / self.scale) * self.channels) ** 2).mean()
+
+    @torch.no_grad()
+    def close_power(self, point: Tensor, radiance: Tensor) -> None:
+        """Set the gain so that the maps' sum over `point` equals that of the samples."""
+        total = torch.stack([self(part).sum((0, 1, 2)) for part in point.split(1024)]).sum(0)
+        true = radiance.sum((0, 1))
+        self.gain *= torch.where(total > 0, true / total, torch.ones_like(total))

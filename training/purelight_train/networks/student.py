@@ -1,0 +1,69 @@
+"""Student (paper Sec. 3.3): radiance on the exit surface, as one small network."""
+
+from __future__ import annotations
+
+import torch
+from torch import Tensor, nn
+
+from purelight_train.light.description import Description
+from purelight_train.networks.surface_network import SurfaceNetwork
+from purelight_train.presets import Preset
+
+DEGREE = 5
+NORMAL_JITTER = 0.05  # radians
+MAX_LOG, LEAST_LOG = 20.0, -20.0
+
+
+class Student(SurfaceNetwork):
+    r"""Radiance :math:`g_c\,s_c\,\ell(y_c)` from the network's outputs y.
+
+    The link is :math:`\ell(y) = e^y - 1` with y in [0, 20] (`log1p`: distilled, as in the paper)
+    or :math:`\ell(y) = e^y` with y in [-20, 20] (`log`: fitted to photons, whose likelihood needs
+    the logarithm of the radiance). s is the mean exitant radiance of the channel, so that the
+    network learns a quantity near one whatever the lamp's power; g is a gain per channel that
+    closes the flux. Channels that carry no flux give exactly zero.
+    """
+
+    scale: Tensor
+    gain: Tensor
+    channels: Tensor
+
+    def __init__(self, description: Description, preset: Preset) -> None:
+        super().__init__(
+            description, preset.student_grid, DEGREE, preset.student_network, preset.anchor_grid
+        )
+        self.link = preset.student_link
+        self.register_buffer("scale", torch.tensor(description.channel_scale), persistent=False)
+        self.register_buffer("gain", torch.ones(3))
+        present = torch.tensor(description.channels, dtype=torch.float32)
+        self.register_buffer("channels", present, persistent=False)
+
+    @property
+    def least_log(self) -> float:
+        """Least output that counts."""
+        return LEAST_LOG if self.link == "log" else 0.0
+
+    def forward(self, position: Tensor, normal: Tensor, outgoing: Tensor) -> Tensor:
+        """Radiance in W/(m² sr) per channel: three of [N, 3] -> [N, 3]."""
+        raw = self.raw(position, normal, outgoing).clamp(self.least_log, MAX_LOG)
+        unit = torch.exp(raw) if self.link == "log" else torch.expm1(raw)
+        return unit * (self.scale * self.gain * self.channels)
+
+    def log_radiance(self, position: Tensor, normal: Tensor, outgoing: Tensor) -> Tensor:
+        """log(radiance / scale) without the gain, for the link `log`: three of [N, 3] -> [N, 3]."""
+        return self.raw(position, shaken(normal), outgoing).clamp(LEAST_LOG, MAX_LOG)
+
+    def loss(self, position: Tensor, normal: Tensor, outgoing: Tensor, radiance: Tensor) -> Tensor:
+        """Mean square error in log1p(radiance / scale), over the channels present."""
+        target = torch.log1p(radiance / self.scale)
+        error = (self.raw(position, shaken(normal), outgoing) - target) ** 2
+        return (error * self.channels).sum() / (self.channels.sum() * len(error))
+
+
+def shaken(normal: Tensor) -> Tensor:
+    """Normals [N, 3] moved by about `NORMAL_JITTER`, for training.
+
+    The light of tessellated curves does not jump from facet to facet as their normals do, so small
+    differences must not matter.
+    """
+    return nn.functional.normalize(normal + NORMAL_JITTER * torch.randn_like(normal), dim=-1)

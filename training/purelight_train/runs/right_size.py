@@ -1,0 +1,194 @@
+"""Right size: the smallest student that is as near to a run's own as one asks.
+
+Students of growing size learn the run's student, which is quick: it can be asked anywhere, without
+noise. Each is trained for a part of the steps, its error read twice and extrapolated; the smallest
+that will reach the target is then trained in full.
+"""
+
+from __future__ import annotations
+
+import shutil
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from purelight_format.errors import PureLightError
+from purelight_train.learning.photon_batches import reference_rays
+from purelight_train.networks.student import Student, shaken
+from purelight_train.presets import Optimisation
+from purelight_train.runs.evaluation import as_function, close_flux, fidelity
+from purelight_train.runs.optimisation import optimise
+from purelight_train.runs.pipeline import reopen
+from purelight_train.runs.run_directory import RunDirectory
+from purelight_train.runs.size_ladder import Rung, ladder
+from purelight_train.runs.stages import Stages, rows
+from purelight_train.runs.traced_lamp import TracedLamp
+
+FLOOR = 0.01  # of the mean radiance, as in `truth.metrics.mape`
+LINES, HELD_OUT_LINES = 1 << 20, 1 << 17
+FULL = Optimisation(2000, 1 << 12, 1e-2)
+TRIAL = 400
+Rays = tuple[Tensor, ...]
+
+
+@dataclass(frozen=True)
+class Trial:
+    """What a size promises.
+
+    Arguments:
+        half, whole: error after half of the trial's steps, and after all.
+    """
+
+    rung: Rung
+    half: float
+    whole: float
+
+    @property
+    def expected(self) -> float:
+        """Error after `FULL` steps, were it to fall as a + b / steps."""
+        fall = max(self.half - self.whole, 0.0)
+        return max(self.whole - fall * (1 - TRIAL / FULL.steps), 0.5 * self.whole)
+
+    def to_dict(self) -> dict[str, Any]:
+        """One row of the table."""
+        preset = self.rung.preset
+        return {
+            "width": preset.student_network.width,
+            "depth": preset.student_network.depth,
+            "levels": preset.student_grid.levels,
+            "finest": preset.student_grid.finest,
+            "weights": self.rung.weights,
+            "macs": self.rung.macs,
+            "trial_error": self.whole,
+            "expected_error": self.expected,
+        }
+
+
+@dataclass
+class SizeSearch:
+    """Search for one lamp.
+
+    Arguments:
+        reference: the run's student, whose size is the largest.
+    """
+
+    lamp: TracedLamp
+    reference: Student
+    stages: Stages
+
+    def __post_init__(self) -> None:
+        self.data = self._rays(LINES, 0)
+        self.held_out = self._rays(HELD_OUT_LINES, 1)
+
+    def _rays(self, lines: int, part: int) -> Rays:
+        """Position, normal, outgoing and the reference's radiance of uniform rays."""
+        rng = self.stages.rng("student", 2 + part)
+        *arrays, _ = reference_rays(self.lamp.surface, lines, rng)
+        rays = self.stages.tensors(*arrays)
+        with torch.no_grad():
+            parts = zip(*(t.split(1 << 15) for t in rays), strict=True)
+            radiance = torch.cat([self.reference(*part) for part in parts])
+        return (*rays, radiance)
+
+    def error(self, student: Student) -> float:
+        """MAPE against the reference over rays no student learns from, channels present."""
+        *rays, true = self.held_out
+        floor = FLOOR * true.mean(0)
+        with torch.no_grad():
+            relative = (student(*rays) - true).abs() / (true + floor).clamp(min=1e-30)
+        return float(relative[:, student.channels.bool()].mean())
+
+    def loss(self, student: Student, batch: Rays) -> Tensor:
+        """Mean square error of log(radiance / scale + 1%), which is what MAPE measures."""
+        position, normal, outgoing, true = batch
+        scale, present = student.scale, student.channels.bool()
+        value = student(position, shaken(normal), outgoing)
+        error = torch.log(value / scale + FLOOR) - torch.log(true / scale + FLOOR)
+        return (error[:, present] ** 2).mean()
+
+    def train(self, rung: Rung, steps: int) -> Student:
+        """A student of a size after `steps` steps."""
+        student = self.stages.build("student", Student, self.lamp.description, rung.preset)
+        settings = replace(FULL, steps=steps)
+        file = self.stages.run.path / "checkpoints" / "sizing.safetensors"
+        file.unlink(missing_ok=True)
+
+        def batch_loss(rng: np.random.Generator) -> Tensor:
+            return self.loss(student, rows(self.data, rng, settings.batch))
+
+        optimise(student, batch_loss, settings, self.stages.seed, file, lambda *_: None)
+        return student
+
+    def trial(self, rung: Rung) -> Trial:
+        """Errors of a size after two short runs, each with a whole schedule."""
+        half, whole = (self.error(self.train(rung, steps)) for steps in (TRIAL // 2, TRIAL))
+        return Trial(rung, half, whole)
+
+    def __call__(self, target: float) -> tuple[Student, Rung, list[Trial]]:
+        """The smallest student that reaches the target, its size, and all trials.
+
+        Raises:
+            PureLightError: none does.
+        """
+        trials: list[Trial] = []
+        rng = self.stages.rng("student", 4)
+        preset = self.stages.run.preset
+        for rung in ladder(preset, self.lamp.surface, rng):
+            trials.append(self.trial(rung))
+            if trials[-1].expected > target:
+                continue
+            student = self.train(rung, FULL.steps)
+            close_flux(
+                student, as_function(student, self.stages.device), self.lamp.surface,
+                self.lamp.description.flux, self.stages.rng("student", 1),
+            )  # fmt: skip
+            if self.error(student) <= target:
+                return student, rung, trials
+        best = min(trial.expected for trial in trials)
+        raise PureLightError(
+            f"no size reaches an error of {target:g}; the best expected is {best:.3g}, so give a "
+            "larger --target-error"
+        )
+
+
+def right_size(run_path: Path, output: Path, target: float, device: str) -> list[Trial]:
+    """Write a run directory like `run_path` with the smallest student that reaches `target`.
+
+    Raises:
+        PureLightError: `run_path` is no finished run, `output` exists, or no size is enough.
+    """
+    run = RunDirectory.open(run_path)
+    if output.exists():
+        raise PureLightError(f"{output}: exists already; choose another --output")
+    training = reopen(run, Path(run.config["luminaire"]), device)
+    student, rung, trials = SizeSearch(training.lamp, training.student, training.stages)(target)
+    figures = fidelity(
+        as_function(student, training.stages.device), training.lamp.surface,
+        training.lamp.held_out, training.stages.rng("metrics"),
+    )  # fmt: skip
+    with tempfile.TemporaryDirectory(dir=output.parent, prefix=f".{output.name}") as folder:
+        made = RunDirectory(Path(folder) / "run")
+        shutil.copytree(run.path, made.path)
+        made.write_json("config.json", run.config | {"preset": rung.preset.to_dict()})
+        made.write_json("metrics.json", run.read_json("metrics.json") | figures)
+        made.write_json("sizes.json", {"target": target, "trials": [t.to_dict() for t in trials]})
+        made.save("student", student, run.read_json("networks/student.json"))
+        made.path.rename(output)
+    return trials
+
+
+def table(trials: Sequence[Trial]) -> str:
+    """The trials as text, a row each."""
+    lines = [f"{'width':>6}{'depth':>6}{'finest':>7}{'weights':>9}{'MAC':>8}{'error':>8}"]
+    for row in (trial.to_dict() for trial in trials):
+        lines.append(
+            f"{row['width']:6}{row['depth']:6}{row['finest']:7}{row['weights']:9}{row['macs']:8}"
+            f"{row['expected_error']:8.3f}"
+        )
+    return "\n".join(lines)

@@ -1,0 +1,149 @@
+"""A run directory: the complete, resumable record of one training run.
+
+config.json                 luminaire path and digest, preset (all sizes), seed, route
+description.json            sphere, flux, radiance scale, channels (`description.Description`)
+surface.npz                 positions [V,3], triangles [T,3], triangle_flux [T,3] in W
+escaped.npz                 direction [M,3], weight [M,3]: a random part of the exit records,
+                            scaled so that the weights sum to the flux
+networks/NAME.safetensors   teacher, student, transparency, sampler, fast_map when finished;
+                            no teacher on the route `photons`, no transparency of opaque lamps
+checkpoints/                unfinished stages
+metrics.json  previews/     figures and pictures
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+from safetensors.torch import load_file, save
+from torch import Tensor, nn
+
+from purelight_format import atomic
+from purelight_format.errors import PureLightError
+from purelight_train.light.description import Description
+from purelight_train.networks.fast_map import FastMap
+from purelight_train.networks.sampler import Sampler
+from purelight_train.networks.student import Student
+from purelight_train.networks.transparency import Transparency
+from purelight_train.presets import Preset
+
+Module = TypeVar("Module", bound=nn.Module)
+
+
+@dataclass(frozen=True)
+class Networks:
+    """The trained networks an asset is made of, in evaluation mode on the CPU.
+
+    An opaque lamp has no transparency.
+    """
+
+    student: Student
+    transparency: Transparency | None
+    sampler: Sampler
+    fast_map: FastMap
+
+
+@dataclass(frozen=True)
+class RunDirectory:
+    """Paths and typed access to a run directory."""
+
+    path: Path
+
+    @staticmethod
+    def open(path: str | Path) -> RunDirectory:
+        """Open a finished run.
+
+        Raises:
+            PureLightError: it is no run directory, or training has not finished.
+        """
+        run = RunDirectory(Path(path))
+        if not (run.path / "config.json").is_file():
+            raise PureLightError(f"{path}: no run directory (config.json is missing)")
+        if not run.finished("fast_map") or not (run.path / "metrics.json").is_file():
+            raise PureLightError(f"{path}: training has not finished; run it again with --resume")
+        return run
+
+    # JSON and arrays
+
+    def read_json(self, name: str) -> dict[str, Any]:
+        """Contents of a JSON member."""
+        try:
+            data: dict[str, Any] = json.loads((self.path / name).read_text())
+        except (OSError, ValueError) as error:
+            raise PureLightError(f"{self.path / name}: unreadable: {error}") from None
+        return data
+
+    def write_json(self, name: str, data: dict[str, Any]) -> None:
+        """Write a JSON member crash-safely."""
+        atomic.write_bytes(self.path / name, (json.dumps(data, indent=2) + "\n").encode())
+
+    def read_arrays(self, name: str) -> dict[str, NDArray[Any]]:
+        """Arrays of an .npz member."""
+        with np.load(self.path / name, allow_pickle=False) as data:
+            return {key: data[key] for key in data.files}
+
+    def write_arrays(self, name: str, **arrays: NDArray[Any]) -> None:
+        """Write an .npz member crash-safely."""
+        with atomic.replace_file(self.path / name) as file:
+            np.savez(file, allow_pickle=False, **arrays)
+
+    # What the run is about
+
+    @property
+    def config(self) -> dict[str, Any]:
+        return self.read_json("config.json")
+
+    @property
+    def preset(self) -> Preset:
+        return Preset.from_dict(self.config["preset"])
+
+    @property
+    def description(self) -> Description:
+        return Description.from_dict(self.read_json("description.json"))
+
+    # Tensors
+
+    def tensor_file(self, name: str) -> Path:
+        return self.path / "networks" / f"{name}.safetensors"
+
+    def finished(self, name: str) -> bool:
+        """Whether the network of that name is trained."""
+        return self.tensor_file(name).is_file()
+
+    def save(self, name: str, module: nn.Module, record: dict[str, Any]) -> None:
+        """Store a trained network, and beside it how its training went."""
+        self.tensor_file(name).parent.mkdir(parents=True, exist_ok=True)
+        self.write_json(f"networks/{name}.json", record)
+        self.save_tensors(self.tensor_file(name), module.state_dict())
+
+    def load(self, name: str, module: nn.Module) -> None:
+        """Load a trained network's tensors into `module`."""
+        module.load_state_dict(load_file(self.tensor_file(name)))
+        module.eval()
+
+    @staticmethod
+    def save_tensors(path: Path, tensors: dict[str, Tensor]) -> None:
+        """Write tensors to a safetensors file crash-safely."""
+        path.parent.mkdir(parents=True, exist_ok=True)
+        atomic.write_bytes(path, save({k: v.contiguous().cpu() for k, v in tensors.items()}))
+
+    def networks(self) -> Networks:
+        """The trained networks of a finished run."""
+        see_through = self.finished("transparency")
+        return Networks(
+            self._network("student", Student),
+            self._network("transparency", Transparency) if see_through else None,
+            self._network("sampler", Sampler),
+            self._network("fast_map", FastMap),
+        )
+
+    def _network(self, name: str, kind: Callable[[Description, Preset], Module]) -> Module:
+        module = kind(self.description, self.preset)
+        self.load(name, module)
+        return module

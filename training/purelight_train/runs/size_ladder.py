@@ -1,0 +1,86 @@
+"""Sizes of a student from small to large, each no larger than the lamp can use."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from purelight_train.light.exit_surface import ExitSurface
+from purelight_train.networks.encodings import GridEncoding
+from purelight_train.networks.student import DEGREE
+from purelight_train.presets import GridSize, MLPSize, Preset
+
+SHARES = (1 / 8, 1 / 4, 3 / 8, 1 / 2, 3 / 4, 1.0)
+SURFACE_SAMPLES = 1 << 18
+CORNERS = np.array([[k & 1, k >> 1 & 1, k >> 2] for k in range(8)])
+
+
+@dataclass(frozen=True)
+class Rung:
+    """One size.
+
+    Arguments:
+        preset: with this student.
+        weights: numbers the student holds.
+        macs: multiply-adds of its layers per sample.
+    """
+
+    preset: Preset
+    weights: int
+    macs: int
+
+
+def ladder(preset: Preset, surface: ExitSurface, rng: np.random.Generator) -> list[Rung]:
+    """Students of growing width and resolution, up to that of the preset, with the link `log`.
+
+    A grid over the surface gets a table that holds the vertices the surface touches at the finest
+    level, and no more; one over anchors keeps the preset's share.
+    """
+    position, _ = surface.sample(SURFACE_SAMPLES, rng)
+    sphere = surface.sphere
+    unit = (position - np.asarray(sphere.center)) * (0.5 / sphere.radius) + 0.5
+    rungs = [_rung(preset, share, unit) for share in SHARES]
+    return sorted(set(rungs), key=lambda rung: (rung.macs, rung.weights))
+
+
+def touched(unit: np.ndarray, resolution: int) -> int:
+    """Vertices of a grid over the unit cube that interpolate some of the points [N, 3]."""
+    low = np.minimum(np.floor(unit * resolution), resolution - 1).astype(np.int64)
+    vertex = np.unique(low, axis=0)[:, None] + CORNERS
+    return len(np.unique(vertex.reshape(-1, 3), axis=0))
+
+
+def _rung(preset: Preset, share: float, unit: np.ndarray) -> Rung:
+    network = preset.student_network
+    width = max(8, 8 * round(network.width * share / 8))
+    depth = network.depth if share > 0.5 else max(1, network.depth - 1)
+    grid = _coarser(preset.student_grid, share)
+    grid = replace(grid, table_size=min(grid.table_size, _power_of_two(touched(unit, grid.finest))))
+    anchor = None if preset.anchor_grid is None else _coarser(preset.anchor_grid, share)
+    sized = replace(
+        preset, student_grid=grid, anchor_grid=anchor, student_network=MLPSize(width, depth),
+        student_link="log",
+    )  # fmt: skip
+    inputs = 2 * DEGREE**2 + sum(g.levels * g.features for g in (grid, anchor) if g is not None)
+    macs = inputs * width + (depth - 1) * width**2 + 3 * width
+    tables = sum(_entries(g) for g in (grid, anchor) if g is not None)
+    return Rung(sized, tables + macs + depth * width + 3, macs)
+
+
+def _coarser(grid: GridSize, share: float) -> GridSize:
+    """The grid's levels up to a share of its finest resolution, at least two."""
+    encoding = GridEncoding(grid.levels, 1, grid.base, grid.finest, 2)
+    kept = max(2, sum(r <= share * grid.finest for r in encoding.resolutions))
+    table = grid.table_size if share == 1 else max(1 << 10, _power_of_two(grid.table_size * share))
+    finest = encoding.resolutions[kept - 1]
+    return replace(grid, levels=kept, finest=finest, table_size=table)
+
+
+def _entries(grid: GridSize) -> int:
+    encoding = GridEncoding(grid.levels, 1, grid.base, grid.finest, grid.table_size)
+    return encoding.table.numel() * grid.features
+
+
+def _power_of_two(count: float) -> int:
+    return 1 << max(0, int(np.ceil(np.log2(max(count, 1)))))

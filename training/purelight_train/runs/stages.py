@@ -1,0 +1,132 @@
+"""Stages of a training run: each has its own random numbers, progress, and result on disk."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, TypeVar
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor, nn
+
+from purelight_train.light.description import Description
+from purelight_train.networks.encodings import MLP
+from purelight_train.presets import Optimisation, Preset
+from purelight_train.runs.early_stop import EarlyStop
+from purelight_train.runs.optimisation import optimise
+from purelight_train.runs.progress import Bar
+from purelight_train.runs.run_directory import RunDirectory
+
+Loss = Callable[[np.random.Generator], Tensor]
+Module = TypeVar("Module", bound=nn.Module)
+NETWORKS = ("teacher", "student", "transparency", "sampler", "fast_map")
+# Their order numbers the random streams of the stages
+STAGES = (
+    "light", "teacher", "distillation", "student", "transparency", "cap", "sampler", "fast_map",
+)  # fmt: skip
+
+
+@dataclass
+class Stages:
+    """What every stage of one run shares.
+
+    Random numbers come from (seed, stage), so any stage can be repeated or resumed alone.
+
+    Arguments:
+        names: the stages of this run, in order, for the progress bars.
+        early_stop: end optimisations whose held-out error has stopped falling (`early_stop`).
+        seconds: time of the stages so far that train no network.
+    """
+
+    run: RunDirectory
+    seed: int
+    device: torch.device
+    names: tuple[str, ...] = STAGES
+    early_stop: bool = False
+    seconds: dict[str, float] = field(default_factory=dict)
+
+    def bar(self, name: str, total: int, unit: str) -> Bar:
+        """A progress bar that notes the stage's time."""
+        title = f"[{self.names.index(name) + 1}/{len(self.names)}] {name}"
+        return Bar(title, total, unit, lambda s: self.seconds.setdefault(name, s))
+
+    def rng(self, stage: str, part: int = 0) -> np.random.Generator:
+        """Random numbers of a stage, or of the metrics."""
+        key = STAGES.index(stage) if stage in STAGES else len(STAGES)
+        return np.random.default_rng([self.seed, key, part])
+
+    def build(
+        self,
+        name: str,
+        kind: Callable[[Description, Preset], Module],
+        description: Description,
+        preset: Preset,
+    ) -> Module:
+        """A network with initial weights that depend on the seed and the stage only."""
+        torch.manual_seed(self.seed * 1009 + STAGES.index(name))
+        module = kind(description, preset).to(self.device)
+        for part in module.modules():
+            if isinstance(part, MLP):
+                part.mixed = preset.mixed_precision
+        return module
+
+    def train(
+        self,
+        name: str,
+        module: Module,
+        loss: Callable[[Module], Loss],
+        settings: Optimisation,
+        finish: Callable[[], None] = lambda: None,
+        held_out: Callable[[Module], Callable[[], float]] | None = None,
+    ) -> None:
+        """Optimise a network, or load it when an earlier run finished it.
+
+        Arguments:
+            loss: makes the objective; called only when there is something to optimise.
+            finish: called before the network is stored.
+            held_out: makes the network's error on held-out data, for an early stop.
+        """
+        if self.run.finished(name):
+            self.run.load(name, module)
+            module.to(self.device)
+            return
+        objective, seed = loss(module), self.seed * 1009 + STAGES.index(name)
+        checkpoint = self.run.path / "checkpoints" / f"{name}.safetensors"
+        stop = None
+        if self.early_stop and held_out:
+            stop = EarlyStop(held_out(module), checkpoint.with_suffix(".stop.json"))
+        start = time.monotonic()
+        with self.bar(name, settings.steps, "step") as update:
+            trace = optimise(module, objective, settings, seed, checkpoint, update, stop)
+        finish()
+        record = {"seconds": round(time.monotonic() - start, 2), **trace.to_dict()}
+        self.run.save(name, module, record)
+
+    def tensors(self, *arrays: NDArray[np.float32]) -> tuple[Tensor, ...]:
+        """Arrays as tensors on the run's device."""
+        return tuple(torch.from_numpy(a).to(self.device) for a in arrays)
+
+    def metrics(self) -> dict[str, Any]:
+        """Time, losses and skipped steps of the stages, for metrics.json."""
+        records = {
+            name: self.run.read_json(f"networks/{name}.json")
+            for name in NETWORKS
+            if (self.run.path / "networks" / f"{name}.json").is_file()
+        }
+        return {
+            "seconds": {
+                **{k: round(v, 2) for k, v in self.seconds.items()},
+                **{k: v["seconds"] for k, v in records.items()},
+            },
+            "losses": {k: v["losses"] for k, v in records.items()},
+            "skipped_steps": {k: v["skipped"] for k, v in records.items()},
+        }
+
+
+def rows(data: tuple[Tensor, ...], rng: np.random.Generator, size: int) -> tuple[Tensor, ...]:
+    """The same random rows of several tensors."""
+    index = torch.from_numpy(rng.integers(0, len(data[0]), size)).to(data[0].device)
+    return tuple(t[index] for t in data)
