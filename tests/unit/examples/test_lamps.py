@@ -52,7 +52,7 @@ def test_loads_with_flat_emitters_of_a_household_size(lamp: ModuleType, tmp_path
 
 def test_most_light_escapes(lamp: ModuleType, tmp_path: Path) -> None:
     mi = platform.use()
-    light_tracing = pytest.importorskip("purelight_train.light_tracing")
+    light_tracing = pytest.importorskip("purelight_train.light.light_tracing")
     scene = mi.load_file(str(lamp.write(tmp_path)))
     records = light_tracing.trace_records(scene, 1 << 16, seed=0)
     emitted = np.array(emitted_flux(lamp.parts()))

@@ -17,13 +17,13 @@ from purelight_export import networks
 from purelight_format.geometry import BoundingSphere
 from purelight_mitsuba.fused import FusedNetwork
 from purelight_onnx.session import Session
-from purelight_train.description import Description
-from purelight_train.encodings import MLP, GridEncoding
-from purelight_train.fast_map import FastMap
+from purelight_train.light.description import Description
+from purelight_train.networks.encodings import MLP, GridEncoding
+from purelight_train.networks.fast_map import FastMap
+from purelight_train.networks.sampler import Sampler
+from purelight_train.networks.student import Student
+from purelight_train.networks.transparency import Transparency
 from purelight_train.presets import DRAFT, FlowSize, GridSize, MLPSize
-from purelight_train.sampler import Sampler
-from purelight_train.student import Student
-from purelight_train.transparency import Transparency
 
 CENTRE, RADIUS = (0.1, -0.2, 0.3), 0.25
 SPHERE, FLUX = BoundingSphere(CENTRE, RADIUS), (3.0, 2.0, 1.0)
