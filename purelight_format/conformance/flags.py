@@ -13,6 +13,7 @@ FLAGS = {
     "CHANNEL_ORDER": "red, green and blue in another order",
     "DIAGONAL": "the seams of the concentric map: its diagonals and its centre",
     "DIMMER": "the dimmer forgotten, or applied to the background",
+    "DISTRIBUTION": "directions that do not follow the density that the host itself states",
     "FAINT": "an absolute threshold that a lamp of 10⁻⁶ times the usual power falls below",
     "FAR": "overflow or a lost angle at 10⁵ radii and more",
     "GOLDEN": "a network evaluated wrongly: the bundle's own vectors",
@@ -34,6 +35,7 @@ FLAGS = {
     "ROTATION": "the transform's rotation transposed, or not applied to directions",
     "ROWS": "no rows, one row, or more rows than fit into one piece",
     "SCALE": "radiance or densities changed by the size of an instance",
+    "UNNORMALISED": "a density that does not integrate to one over the cap",
     "UNVETTED": "a file taken that breaks a rule of the format",
     "U_EDGE": "u at 0 and at 1 - 2⁻²⁴",
 }

@@ -2,92 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
+from purelight_format.bundle import Bundle
+from purelight_format.conformance import sampling
 from purelight_format.conformance.client import Client, Hello, HostError, RefusalError
-from purelight_format.conformance.flags import FLAGS
 from purelight_format.conformance.protocol import READER
+from purelight_format.conformance.results import (
+    FAILED,
+    PASSED,
+    REFUSED,
+    SKIPPED,
+    Failure,
+    Report,
+    Result,
+)
 from purelight_format.conformance.suite import NEVER, REQUIRED, Suite, VectorSet
-
-PASSED, FAILED, REFUSED, SKIPPED = OUTCOMES = ("passed", "failed", "refused", "skipped")
-
-
-@dataclass(frozen=True)
-class Failure:
-    """A vector that is not met.
-
-    Arguments:
-        vector: its id.
-        what: what is wrong with the answer.
-        hunts: the flags it carries.
-    """
-
-    vector: str
-    what: str
-    hunts: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class Result:
-    """How a host did on one set.
-
-    Arguments:
-        vectors: the set.
-        outcome: of each vector, one of OUTCOMES.
-        failures: of the vectors that failed.
-    """
-
-    vectors: VectorSet
-    outcome: tuple[str, ...]
-    failures: tuple[Failure, ...] = ()
-
-
-@dataclass
-class Report:
-    """How a host did.
-
-    Arguments:
-        host: what it says of itself.
-        results: by set, in the order of the suite.
-        fault: how it broke down, empty if it did not.
-    """
-
-    host: Hello
-    results: list[Result] = field(default_factory=list)
-    fault: str = ""
-
-    @property
-    def failures(self) -> list[Failure]:
-        return [failure for result in self.results for failure in result.failures]
-
-    @property
-    def conforms(self) -> bool:
-        """Whether something was checked and nothing was wrong."""
-        checked = any(PASSED in result.outcome for result in self.results)
-        return checked and not self.fault and not self.failures
-
-    def groups(self) -> dict[str, dict[str, int]]:
-        """Number of vectors by group and outcome."""
-        table: dict[str, dict[str, int]] = {}
-        for result in self.results:
-            row = table.setdefault(result.vectors.group, dict.fromkeys(OUTCOMES, 0))
-            for outcome in result.outcome:
-                row[outcome] += 1
-        return table
-
-    def caught(self) -> dict[str, tuple[int, int]]:
-        """Failed and checked vectors of the bugs that were found, most surely found first."""
-        counts: dict[str, list[int]] = {flag: [0, 0] for flag in FLAGS}
-        for result in self.results:
-            for flag, rows in result.vectors.flags.items():
-                outcomes = [result.outcome[row] for row in rows]
-                counts[flag][0] += outcomes.count(FAILED)
-                counts[flag][1] += outcomes.count(FAILED) + outcomes.count(PASSED)
-        found = {flag: (bad, total) for flag, (bad, total) in counts.items() if bad}
-        return dict(sorted(found.items(), key=lambda item: -item[1][0] / item[1][1]))
+from purelight_format.geometry import BoundingSphere
 
 
 def run(
@@ -95,15 +28,18 @@ def run(
     command: str | Sequence[str],
     *,
     timeout: float = 120.0,
+    statistics: bool = True,
     progress: Callable[[int, int, str], object] = lambda done, total, name: None,
 ) -> Report:
-    """Puts every set to a host whose operation it offers.
+    """Puts every set to a host whose operation it offers, then the statistical tests.
 
-    Sets of one bundle are put together, so that each is opened once.
+    Sets of one bundle are put together, so that each is opened once. The statistical tests need
+    the suite's lamp of `sampling.LAMP`.
 
     Arguments:
         command: program and arguments of the host.
         timeout: seconds that one answer may take.
+        statistics: whether to put the statistical tests.
         progress: called before each set.
 
     Raises:
@@ -115,14 +51,17 @@ def run(
     with Client(command, timeout) as client:
         report = Report(client.hello())
         session, results = _Session(client, suite, report.host), {}
-        for done, vectors in enumerate(arranged):
-            progress(done, len(arranged), vectors.id)
-            try:
+        try:
+            for done, vectors in enumerate(arranged):
+                progress(done, len(arranged), vectors.id)
                 results[vectors.id] = session.put(vectors)
-            except HostError as error:
-                report.fault = str(error)
-                break
-    report.results = [results[v.id] for v in suite.sets if v.id in results]
+            if statistics:
+                progress(len(arranged), len(arranged), "statistics")
+                results |= {result.vectors.id: result for result in session.draw()}
+        except HostError as error:
+            report.fault = str(error)
+    ordered = [results.pop(v.id) for v in suite.sets if v.id in results]
+    report.results = [*ordered, *results.values()]
     return report
 
 
@@ -145,6 +84,31 @@ class _Session:
             broken = f": {vectors.parameters['issue']}" if vectors.operation == READER else ""
             return _all_failed(vectors, f"was answered, but must be refused{broken}")
         return compare(vectors, outputs)
+
+    def draw(self) -> Iterator[Result]:
+        """Puts the statistical tests."""
+        if sampling.LAMP not in self._suite.bundles:
+            return
+        sphere = Bundle.open(self._suite.bundles[sampling.LAMP]).manifest.bounding_sphere
+        for name, (_, _, test) in sampling.TESTS.items():
+            vectors = sampling.vectors(name, sphere)
+            if self._host.operations >= {vectors.operation, "sampler_pdf"}:
+                yield self._tested(vectors, test, sphere)
+            else:
+                yield Result(vectors, (SKIPPED,) * len(vectors))
+
+    def _tested(self, vectors: VectorSet, test: sampling.Test, sphere: BoundingSphere) -> Result:
+        def ask(operation: str, inputs: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+            return self._client.evaluate(vectors.id, operation, {}, inputs)
+
+        try:
+            self._require_open(vectors.bundle)
+            wrong = dict(enumerate(test(ask, sphere)))
+        except RefusalError as error:
+            return _refused(vectors, str(error))
+        except sampling.AnswerError as error:
+            return _all_failed(vectors, str(error))
+        return _judged(vectors, {row: what for row, what in wrong.items() if what})
 
     def _require_open(self, bundle: str) -> None:
         if bundle and bundle != self._open:
@@ -200,6 +164,11 @@ def compare(vectors: VectorSet, outputs: dict[str, np.ndarray]) -> Result:
             allowed = vectors.tolerances[name][order[row]].max()
             text = f"{name} is off by {excess[row].max():.3g}, at most {allowed:.3g}"
             wrong.setdefault(int(order[row]), text)
+    return _judged(vectors, wrong)
+
+
+def _judged(vectors: VectorSet, wrong: dict[int, str]) -> Result:
+    """The result of a set of which some rows are wrong."""
     outcome = tuple(FAILED if row in wrong else PASSED for row in range(len(vectors)))
     failures = tuple(_failure(vectors, row, wrong[row]) for row in sorted(wrong))
     return Result(vectors, outcome, failures)

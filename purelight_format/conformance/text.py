@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 
 from purelight_format.conformance.flags import FLAGS
-from purelight_format.conformance.runner import OUTCOMES, Report
+from purelight_format.conformance.results import OUTCOMES, Report
 
 SHOWN = 5  # Failures in the text; the bugs they hunt are all named.
 LISTED = 1000  # Failures for programs.

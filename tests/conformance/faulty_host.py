@@ -179,12 +179,32 @@ def refuses_warnings() -> None:
     )
 
 
+def swapped_square() -> None:
+    """Directions with the sides of the cap's square exchanged, and their density left as it is."""
+
+    def mirror(ask: Query, answer: Arrays) -> Arrays:
+        view = geometry.cap(ask["point"], ask.sphere)
+        square, _ = geometry.direction_to_cap(answer["toward"], view)
+        return {**answer, "toward": geometry.cap_to_direction(square[:, ::-1], view)}
+
+    spoil("sampler", mirror)
+
+
+def unnormalised() -> None:
+    """Densities too large by half a hundredth."""
+    for name in ("sampler", "sampler_pdf"):
+        spoil(name, lambda _, answer: {
+            **answer, "pdf_solid_angle": answer["pdf_solid_angle"] * np.float32(1.005)
+        })  # fmt: skip
+
+
 FAULTS = {
     fault.__name__: fault
     for fault in (
         axis_order, cosine_measure, cancellation, transposed_map, tf32, swapped_channels,
         unturned_normal, transposed_rotation, scaled_radiance, uniform_transform_only_in_name,
         takes_everything, refuses_everything, refuses_warnings,
+        swapped_square, unnormalised,
     )
 }  # fmt: skip
 

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from purelight_format.conformance import runner
+from purelight_format.conformance import runner, sampling
 from purelight_format.conformance.protocol import READER
-from purelight_format.conformance.runner import FAILED
+from purelight_format.conformance.results import FAILED
 from purelight_format.conformance.suite import Suite
 from tests.conformance.faulty_host import FAULTS
 
@@ -28,6 +28,8 @@ HUNTED = {
     "uniform_transform_only_in_name": ("REFUSE", 0.5, {"instance/radiance-scaled"}),
     "takes_everything": ("UNVETTED", 1.0, {"reader/wild", "reader/onnx_metadata"}),
     "refuses_everything": ("OVERSTRICT", 1.0, {"frames/axes", "reader/zip_gap"}),
+    "swapped_square": ("DISTRIBUTION", 1.0, {"statistics/integral", "sampler_pdf/wild"}),
+    "unnormalised": ("UNNORMALISED", 1.0, {"statistics/distribution", "appearance/wild"}),
     "refuses_warnings": ("OVERSTRICT", 0.4, {"reader/wild", "reader/zip_gap"}),
 }
 LAMPS = ("", "wild", "compass", "paint")
@@ -47,13 +49,16 @@ def test_every_fault_has_a_flag() -> None:
 
 
 def test_the_host_without_a_fault_passes(part: Suite) -> None:
-    assert runner.run(part, [sys.executable, str(HOST)]).conforms
+    report = runner.run(part, [sys.executable, str(HOST)])
+    assert report.conforms
+    assert report.groups()["statistics"]["passed"] == 2 * len(sampling.RADII)
 
 
 @pytest.mark.parametrize("fault", HUNTED)
 def test_a_planted_fault_is_caught(fault: str, part: Suite) -> None:
     flag, least, controls = HUNTED[fault]
-    report = runner.run(part, [sys.executable, str(HOST), fault])
+    statistics = any(flag == hunted for _, hunted, _ in sampling.TESTS.values())
+    report = runner.run(part, [sys.executable, str(HOST), fault], statistics=statistics)
     assert not report.fault
     assert not report.conforms
     failed, checked = report.caught()[flag]
@@ -64,6 +69,7 @@ def test_a_planted_fault_is_caught(fault: str, part: Suite) -> None:
 
 
 def test_a_file_that_should_be_refused_is_named_with_its_issue(part: Suite) -> None:
-    report = runner.run(part, [sys.executable, str(HOST), "takes_everything"])
+    host = [sys.executable, str(HOST), "takes_everything"]
+    report = runner.run(part, host, statistics=False)
     said = {failure.vector: failure.what for failure in report.failures}
     assert said["reader/zip_gap/0"] == "was answered, but must be refused: PLX_ZIP_GAP"

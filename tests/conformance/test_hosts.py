@@ -13,6 +13,7 @@ from purelight_format.bundle import Bundle
 from purelight_format.conformance import cli, maker, runner
 from purelight_format.conformance.operations import OPERATIONS
 from purelight_format.conformance.protocol import READER
+from purelight_format.conformance.results import SKIPPED, Report
 from purelight_format.conformance.suite import Suite
 from purelight_format.conformance.text import to_text
 
@@ -22,7 +23,7 @@ SPARED = {  # Operations that rendering in Mitsuba has no use for.
 }  # fmt: skip
 
 
-def passed(wanted: Suite, *command: str) -> runner.Report:
+def passed(wanted: Suite, *command: str) -> Report:
     report = runner.run(wanted, command, timeout=120)
     assert report.conforms, to_text(report)
     assert not any(row["refused"] for row in report.groups().values())
@@ -37,7 +38,7 @@ def test_the_onnx_runtime_passes_everything(whole: Suite) -> None:
 def test_the_mitsuba_runtime_passes_what_it_offers(whole: Suite) -> None:
     report = passed(whole, sys.executable, "-m", "purelight_mitsuba.conformance_host")
     assert report.host.operations == (OPERATIONS.keys() | {READER}) - SPARED
-    skipped = {r.vectors.operation for r in report.results if runner.SKIPPED in r.outcome}
+    skipped = {r.vectors.operation for r in report.results if SKIPPED in r.outcome}
     assert skipped == SPARED
 
 
