@@ -73,7 +73,7 @@ def measure(subject: Subject, arguments: argparse.Namespace) -> int:
 
 def line(row: Row) -> str:
     """A row of the table."""
-    return f"{row.check:36}{row.verdict:9}{row.figure}"
+    return f"{row.check:36}{row.verdict:10}{row.figure}"
 
 
 def machine() -> dict[str, str]:

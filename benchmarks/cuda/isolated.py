@@ -12,7 +12,7 @@ from typing import Any
 from purelight_format.errors import PureLightError
 from purelight_mitsuba.platform import use
 
-LIMIT = 900  # Seconds.
+LIMIT, PARTING = 900, 10  # Seconds.
 WORK = "benchmarks.cuda.on_device"
 DRIVER = ("DRJIT_LIBCUDA_PATH", "libcuda.so.1")
 OPTIX = ("DRJIT_LIBOPTIX_PATH", "libnvoptix.so.1")
@@ -33,6 +33,7 @@ def call(variant: str, name: str, *arguments: Any) -> Any:
         if not receiver.poll(LIMIT):
             raise PureLightError(f"{variant}: not done after {LIMIT} s")
         done, result = receiver.recv()
+        process.join(PARTING)
     except EOFError:
         process.join()
         raise PureLightError(f"{variant}: crashed with exit code {process.exitcode}") from None

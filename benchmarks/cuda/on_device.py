@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import warnings
-from functools import partial
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -22,7 +21,7 @@ from purelight_mitsuba.fused import FusedNetwork
 from purelight_mitsuba.golden import Arrays, ReducedPrecisionWarning, evaluate, lanes
 from purelight_mitsuba.luminaire import load
 
-SIZE, SPP, DEPTH = 32, 32, 4
+SIZE, SPP, DEPTH = 32, 64, 4
 HEIGHT = 3.0
 INPUTS, HIDDEN = 9, 4
 
@@ -54,18 +53,18 @@ def pictures(lamp: Path, mode: str, engine: str, first: int) -> np.ndarray:
     return passes(room(lamp), _integrator(mode, engine), SPP, first=first)
 
 
-def loop_seconds(lamp: Path) -> dict[str, float]:
+def loop_seconds(lamp: Path, spp: int) -> dict[str, float]:
     """Seconds of a rendering with symbolic and with evaluated loops."""
     warnings.simplefilter("ignore", ReducedPrecisionWarning)
-    scene, found = room(lamp), {}
-    flags = (dr.JitFlag.SymbolicLoops, dr.JitFlag.SymbolicCalls)
-    for name, symbolic in (("symbolic", True), ("evaluated", False)):
-        made = mi.load_dict(_integrator("accurate", "fused"))
-        render = partial(mi.render, scene, integrator=made, spp=SPP)
-        for flag in flags:
+    scene = room(lamp)
+
+    def timed(symbolic: bool) -> float:
+        for flag in (dr.JitFlag.SymbolicLoops, dr.JitFlag.SymbolicCalls):
             dr.set_flag(flag, symbolic)
-        found[name] = seconds(lambda render=render: _finish(render()))
-    return found
+        made = mi.load_dict(_integrator("accurate", "fused"))
+        return seconds(lambda: _finish(mi.render(scene, integrator=made, spp=spp)))
+
+    return {"symbolic": timed(True), "evaluated": timed(False)}
 
 
 def calls(width: int = 32, rows: int = 1 << 16) -> dict[str, float]:
@@ -164,7 +163,7 @@ def room(lamp: Path, spheres: bool = False) -> mi.Scene:
     shapes = {name: shape | {"bsdf": grey} for name, shape in (ground if spheres else flat).items()}
     return mi.load_dict({
         "type": "scene", "bulb": bulb, "ball": ball, **shapes,
-        "sensor": {"type": "perspective", "fov": 55, "film": film, "to_world": seen},
+        "sensor": {"type": "perspective", "fov": 40, "film": film, "to_world": seen},
         "lamp": {
             "type": "purelight", "filename": str(lamp),
             "to_world": hung.translate([-x for x in sphere.center]),

@@ -50,13 +50,15 @@ class FusedNetwork:
     Arguments:
         model: The bytes of an ONNX network whose tensors all have the row as first axis.
         name: What to call the network in errors.
+        half: Whether dense layers have half precision; by default on CUDA, which has no other.
 
     Raises:
         PureLightError: If the bytes are no ONNX, or an operator is not of the profile.
     """
 
-    def __init__(self, model: bytes, *, name: str = "network") -> None:
+    def __init__(self, model: bytes, *, name: str = "network", half: bool | None = None) -> None:
         self.name = name
+        self._half = dr.backend_v(mi.Float) == dr.JitBackend.CUDA if half is None else half
         graph = _parse(model, name).graph
         self.constants = {t.name: numpy_helper.to_array(t) for t in graph.initializer}
         self._inputs = [value.name for value in graph.input]
@@ -110,7 +112,8 @@ class FusedNetwork:
         function: Callable[..., Any]
         if node.op_type in ("Gemm", "MatMul"):
             weight, bias = _affine(node.op_type, constants, attributes, self.name)
-            function = (Literal if weight.shape[1] <= LITERAL_INPUTS else Dense)(weight, bias)
+            few = weight.shape[1] <= LITERAL_INPUTS
+            function = Literal(weight, bias) if few else Dense(weight, bias, self._half)
             operands = operands[:1]
         elif node.op_type == "Gather" and constants[0] is not None:
             function, operands = Table(constants[0], **attributes), operands[1:]
@@ -150,15 +153,15 @@ def _scalar(op: str, attributes: dict[str, Any]) -> Callable[..., Any]:
 
 
 class Dense:
-    """A layer y = W x + b by a cooperative vector; half precision on CUDA, which has no other.
+    """A layer y = W x + b by a cooperative vector.
 
     Arguments:
         weight: [out, in].
         bias: [out].
+        half: Whether in half precision.
     """
 
-    def __init__(self, weight: np.ndarray, bias: np.ndarray) -> None:
-        half = dr.backend_v(mi.Float) == dr.JitBackend.CUDA
+    def __init__(self, weight: np.ndarray, bias: np.ndarray, half: bool) -> None:
         tensor = mi.TensorXf16 if half else mi.TensorXf
         self._scalar = mi.Float16 if half else mi.Float
         size = len(weight) if half or len(weight) <= WIDE else BLOCK

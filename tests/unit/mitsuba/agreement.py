@@ -1,50 +1,12 @@
-"""Whether two renderers agree: t-tests on independent passes, corrected for their number."""
+"""A test of whether two renderers agree."""
 
 from __future__ import annotations
 
-from typing import Any
-
-import mitsuba as mi
 import numpy as np
-from scipy import stats
 
-SIGNIFICANCE = 0.01
-ROUNDING = 1e-5
-BLOCKS = 8
+from benchmarks.agreement import SIGNIFICANCE, p_value, passes
 
-
-def passes(
-    scene: mi.Scene, integrator: dict[str, Any], spp: int, count: int = 16, first: int = 0
-) -> np.ndarray:
-    """Renders independently: mean of `BLOCKS` x `BLOCKS` blocks of pixels, [count, B, B, 3]."""
-    made = mi.load_dict(integrator)
-    images = [
-        np.array(mi.render(scene, integrator=made, spp=spp, seed=first + k))[..., :3]
-        for k in range(count)
-    ]
-    height, width, _ = images[0].shape
-    shape = (count, BLOCKS, height // BLOCKS, BLOCKS, width // BLOCKS, 3)
-    return np.array(images, np.float64).reshape(shape).mean((2, 4))
-
-
-def p_value(a: np.ndarray, b: np.ndarray) -> float:
-    """The smallest p-value of Welch's tests of the whole picture and of every block, by channel.
-
-    Arguments:
-        a, b: Independent renderings [passes, B, B, 3]; rounding counts as an error of their means.
-
-    Returns:
-        The chance, by Sidak's correction, of one so small among so many.
-    """
-    tests = []
-    for x, y in ((a, b), (a.mean((1, 2)), b.mean((1, 2)))):
-        parts = [z.var(0, ddof=1) / len(z) for z in (x, y)]
-        error = np.sqrt(sum(parts) + (ROUNDING * y.mean(0)) ** 2) + np.finfo(np.float32).tiny
-        spread = sum(part**2 / (len(z) - 1) for part, z in zip(parts, (x, y), strict=True))
-        freedom = np.where(spread > 0, sum(parts) ** 2 / np.where(spread > 0, spread, 1), np.inf)
-        tests.append(2 * stats.t.sf(np.abs(x.mean(0) - y.mean(0)) / error, freedom).ravel())
-    p = np.concatenate(tests)
-    return float(-np.expm1(p.size * np.log1p(-p.min())))
+__all__ = ["SIGNIFICANCE", "agree", "p_value", "passes"]
 
 
 def agree(ours: np.ndarray, reference: np.ndarray, tolerance: float = 0.01) -> float:
