@@ -54,6 +54,8 @@ class Preset:
             `fresh_records`, for all training.
         density_neighbours: photons that the photon map's radius is to hold on average.
         fresh_records: generate records during optimisation, each used once, as the paper does.
+        cap_points: shading points that sampler and fast map learn from; with too few of them a
+            small bright filament is learned by heart.
         fast_map_one_hot: evaluate the fast map's network channel by channel (`fast_map`).
         photons: optimisation of the student on the route `photons`; its batch counts photons.
         photon_loss: `logistic` or `poisson` (`photon_loss`).
@@ -179,11 +181,11 @@ STANDARD = Preset(
     transparency_samples=1 << 22,
     transparency_grid=GridSize(8, 2, 8, 128, 1 << 16),
     transparency_network=MLPSize(64, 3),
-    transparency=Optimisation(4000, 1 << 14, 3e-3),
-    cap_points=1 << 16,
+    transparency=Optimisation(2000, 1 << 14, 3e-3),
+    cap_points=1 << 18,
     point_grid=GridSize(4, 4, 4, 32, 1 << 16),
     sampler_flow=FlowSize(2, MLPSize(48, 2), 24),
-    sampler=Optimisation(3000, 1 << 14, 3e-3),
+    sampler=Optimisation(2000, 1 << 14, 3e-3),
     fast_map_network=MLPSize(64, 3),
     fast_map=Optimisation(6000, 1 << 8, 2e-3),
     fast_map_one_hot=False,

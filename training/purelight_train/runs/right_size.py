@@ -31,8 +31,8 @@ from purelight_train.runs.stages import Stages, rows
 from purelight_train.runs.traced_lamp import TracedLamp
 
 FLOOR = 0.01  # of the mean radiance, as in `truth.metrics.mape`
-LINES, HELD_OUT_LINES = 1 << 20, 1 << 17
-FULL = Optimisation(2000, 1 << 12, 1e-2)
+LINES, HELD_OUT_LINES = 1 << 21, 1 << 17
+FULL = Optimisation(4000, 1 << 13, 1e-2)
 TRIAL = 400
 Rays = tuple[Tensor, ...]
 
