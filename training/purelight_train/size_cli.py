@@ -1,4 +1,4 @@
-"""`purelight-size`: a trained run becomes one whose student is as small as an error allows."""
+"""`purelight-size`: a trained run becomes one whose networks are as small as an error allows."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--output", type=Path, required=True, metavar="RUN", help="run directory")
     parser.add_argument(
         "--target-error", type=_part, required=True, metavar="E",
-        help="mean relative difference from the run's own student, such as 0.05",
+        help="mean relative difference from the run's own networks, such as 0.05",
     )  # fmt: skip
     parser.add_argument("--threads", type=int, default=os.cpu_count(), help="CPU threads")
     return parser
@@ -49,8 +49,9 @@ def _size(arguments: argparse.Namespace) -> int:
 
     from purelight_train.runs.right_size import right_size, table
 
-    trials = right_size(arguments.run, arguments.output, arguments.target_error, "cpu")
+    trials, sampling = right_size(arguments.run, arguments.output, arguments.target_error, "cpu")
     print(table(trials))
+    print(", ".join(f"{name.replace('_', ' ')} {value}" for name, value in sampling.items()))
     print(f"{arguments.output}: the last size; next: purelight-export {arguments.output} "
           "--output lamp.plux")  # fmt: skip
     return 0

@@ -222,10 +222,13 @@ def test_other_run_in_the_way(run: Path, lamp: Path) -> None:
 def test_right_size(run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A loose target takes the smallest student, in a run that exports like any other."""
     from purelight_format.errors import PureLightError
-    from purelight_train.runs import right_size
+    from purelight_train.runs import right_size, sampler_size
     from purelight_train.runs.run_directory import RunDirectory
 
     monkeypatch.setattr(right_size, "LINES", 1 << 17)
+    monkeypatch.setattr(sampler_size, "POINTS", 1 << 8)
+    monkeypatch.setattr(sampler_size, "SAMPLER", Optimisation(30, 1 << 10, 1e-2))
+    monkeypatch.setattr(sampler_size, "FAST_MAP", Optimisation(30, 1 << 5, 1e-2))
     small = tmp_path / "small"
     monkeypatch.setattr(right_size, "TRIAL", 10)
     monkeypatch.setattr(right_size, "FULL", Optimisation(20, 1 << 11, 1e-2))
@@ -234,7 +237,7 @@ def test_right_size(run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
     assert list(tmp_path.iterdir()) == []
     monkeypatch.setattr(right_size, "TRIAL", 60)
     monkeypatch.setattr(right_size, "FULL", Optimisation(120, 1 << 11, 1e-2))
-    trials = right_size.right_size(run, small, 5.0, "cpu")
+    trials, sampling = right_size.right_size(run, small, 5.0, "cpu")
     before, after = (RunDirectory.open(path).networks().student for path in (run, small))
     sizes = [sum(p.numel() for p in student.parameters()) for student in (before, after)]
     assert sizes[1] == trials[-1].rung.weights
@@ -242,6 +245,8 @@ def test_right_size(run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
     assert sizes[1] < 0.8 * sizes[0]
     report = json.loads((small / "sizes.json").read_text())
     assert report["trials"][-1]["expected_error"] <= 5
+    assert sampling == {"sampler_width": 16, "sampler_couplings": 2, "fast_map_width": 16}
+    assert RunDirectory.open(small).networks().sampler.flow is not None
     figures = [json.loads((path / "metrics.json").read_text()) for path in (run, small)]
     np.testing.assert_allclose(figures[1]["student_flux"], figures[0]["student_flux"], rtol=0.02)
     with pytest.raises(PureLightError, match="exists already"):

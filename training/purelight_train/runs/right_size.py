@@ -1,8 +1,8 @@
-"""Right size: the smallest student that is as near to a run's own as one asks.
+"""Right size: the smallest networks that are as near to a run's own as one asks.
 
 Students of growing size learn the run's student, which is quick: it can be asked anywhere, without
 noise. Each is trained for a part of the steps, its error read twice and extrapolated; the smallest
-that will reach the target is then trained in full.
+that will reach the target is then trained in full. Sampler and fast map follow (`sampler_size`).
 """
 
 from __future__ import annotations
@@ -26,6 +26,7 @@ from purelight_train.runs.evaluation import as_function, close_flux, fidelity
 from purelight_train.runs.optimisation import optimise
 from purelight_train.runs.pipeline import reopen
 from purelight_train.runs.run_directory import RunDirectory
+from purelight_train.runs.sampler_size import SamplerSizes, widths
 from purelight_train.runs.size_ladder import Rung, ladder
 from purelight_train.runs.stages import Stages, rows
 from purelight_train.runs.traced_lamp import TracedLamp
@@ -157,8 +158,13 @@ class SizeSearch:
         )
 
 
-def right_size(run_path: Path, output: Path, target: float, device: str) -> list[Trial]:
-    """Write a run directory like `run_path` with the smallest student that reaches `target`.
+def right_size(
+    run_path: Path, output: Path, target: float, device: str
+) -> tuple[list[Trial], dict[str, Any]]:
+    """Write a run directory like `run_path` with the smallest networks that reach `target`.
+
+    Returns:
+        What was tried for the student, and the sizes of sampler and fast map.
 
     Raises:
         PureLightError: `run_path` is no finished run, `output` exists, or no size is enough.
@@ -172,15 +178,18 @@ def right_size(run_path: Path, output: Path, target: float, device: str) -> list
         as_function(student, training.stages.device), training.lamp.surface,
         training.lamp.held_out, training.stages.rng("metrics"),
     )  # fmt: skip
+    preset, sampler, fast_map = SamplerSizes(training, target)(rung.preset)
     with tempfile.TemporaryDirectory(dir=output.parent, prefix=f".{output.name}") as folder:
         made = RunDirectory(Path(folder) / "run")
         shutil.copytree(run.path, made.path)
-        made.write_json("config.json", run.config | {"preset": rung.preset.to_dict()})
+        made.write_json("config.json", run.config | {"preset": preset.to_dict()})
         made.write_json("metrics.json", run.read_json("metrics.json") | figures)
-        made.write_json("sizes.json", {"target": target, "trials": [t.to_dict() for t in trials]})
-        made.save("student", student, run.read_json("networks/student.json"))
+        tried = [trial.to_dict() for trial in trials]
+        made.write_json("sizes.json", {"target": target, "trials": tried, **widths(preset)})
+        for name, module in (("student", student), ("sampler", sampler), ("fast_map", fast_map)):
+            made.save(name, module, run.read_json(f"networks/{name}.json"))
         made.path.rename(output)
-    return trials
+    return trials, widths(preset)
 
 
 def table(trials: Sequence[Trial]) -> str:

@@ -1,0 +1,136 @@
+"""Right size of what samples a lamp: the narrowest sampler and fast map that lose little."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from typing import Any, TypeVar
+
+import numpy as np
+import torch
+from torch import Tensor, nn
+
+from purelight_train.learning.cap_samples import CapSamples
+from purelight_train.learning.training_sets import SamplerBatches
+from purelight_train.networks.fast_map import FastMap
+from purelight_train.networks.sampler import Sampler
+from purelight_train.presets import FlowSize, MLPSize, Optimisation, Preset
+from purelight_train.runs.evaluation import as_function
+from purelight_train.runs.optimisation import optimise
+from purelight_train.runs.pipeline import Training
+from purelight_train.runs.stages import Loss, rows
+
+POINTS, HELD_OUT_POINTS, DRAWS = 1 << 16, 1 << 12, 1 << 16
+WIDTHS = (16, 20, 24, 32, 48, 64, 96, 128)
+DEPTH, BINS = 2, 16
+SAMPLER = Optimisation(1200, 1 << 13, 4e-3)
+FAST_MAP = Optimisation(3000, 1 << 8, 3e-3)
+Module = TypeVar("Module", bound=nn.Module)
+
+
+@dataclass
+class SamplerSizes:
+    """Search for one finished run, whose own student is what all candidates learn.
+
+    A candidate is near enough if it loses less than `target` against the run's own network on
+    directions that neither learned: for the sampler in nats, which is about half of what the
+    relative variance of its weights grows by; for the fast map as a part of its square error.
+    """
+
+    training: Training
+    target: float
+
+    def __post_init__(self) -> None:
+        self.samples = self._look(POINTS, 1)
+        self.held_out = self._look(HELD_OUT_POINTS, 2)
+
+    def _look(self, points: int, part: int) -> CapSamples:
+        lamp, stages = self.training.lamp, self.training.stages
+        radiance = as_function(self.training.student, stages.device)
+        rng = stages.rng("cap", part)
+        return CapSamples.gather(lamp.description, lamp.surface, radiance, points, rng)
+
+    def __call__(self, preset: Preset) -> tuple[Preset, Sampler, FastMap]:
+        """The smallest networks, or the run's own, and the preset with their sizes."""
+        preset, sampler = self._sampler(preset)
+        preset, fast_map = self._fast_map(preset)
+        return preset, sampler, fast_map
+
+    # Sampler
+
+    def _sampler(self, preset: Preset) -> tuple[Preset, Sampler]:
+        own = self.training.sampler
+        bound = self._nats(own) + self.target
+        flow = self.training.preset.sampler_flow
+        batches, tensors = SamplerBatches(self.samples), self.training.stages.tensors
+        for width in narrower(flow.network.width):
+            sized = replace(preset, sampler_flow=FlowSize(2, MLPSize(width, DEPTH), BINS))
+            network = self._build("sampler", Sampler, sized)
+
+            def loss(rng: np.random.Generator, network: Sampler = network) -> Tensor:
+                z, point = tensors(*batches.draw(rng, SAMPLER.batch))
+                return -network.log_density(z, point).mean()
+
+            self._optimise(network, loss, SAMPLER)
+            if self._nats(network) <= bound:
+                return sized, network
+        return preset, own
+
+    @torch.no_grad()
+    def _nats(self, sampler: Sampler) -> float:
+        """Minus the log-likelihood of held-out light under the defensive mixture."""
+        draws = SamplerBatches(self.held_out).draw(np.random.default_rng(0), DRAWS)
+        b = sampler.uniform_fraction
+        log = sampler.log_density(*self.training.stages.tensors(*draws))
+        return -float(torch.log((1 - b) * torch.exp(log) + b).mean())
+
+    # Fast map
+
+    def _fast_map(self, preset: Preset) -> tuple[Preset, FastMap]:
+        own, tensors = self.training.fast_map, self.training.stages.tensors
+        bound = self._square_error(own) * (1 + self.target)
+        size = self.training.preset.fast_map_network
+        data = tensors(self.samples.point, self.samples.radiance)
+        for width in narrower(size.width):
+            sized = replace(preset, fast_map_network=MLPSize(width, DEPTH), fast_map_one_hot=False)
+            network = self._build("fast_map", FastMap, sized)
+
+            def loss(rng: np.random.Generator, network: FastMap = network) -> Tensor:
+                return network.loss(*rows(data, rng, FAST_MAP.batch))
+
+            self._optimise(network, loss, FAST_MAP)
+            network.close_power(*data)
+            if self._square_error(network) <= bound:
+                return sized, network
+        return preset, own
+
+    @torch.no_grad()
+    def _square_error(self, fast_map: FastMap) -> float:
+        """Mean square error of held-out radiance, its variance within cells included."""
+        samples, tensors = self.held_out, self.training.stages.tensors
+        return float(fast_map.loss(*tensors(samples.point, samples.radiance)))
+
+    # Both
+
+    def _build(self, name: str, kind: Callable[..., Module], preset: Preset) -> Module:
+        return self.training.stages.build(name, kind, self.training.lamp.description, preset)
+
+    def _optimise(self, network: nn.Module, loss: Loss, settings: Optimisation) -> None:
+        stages = self.training.stages
+        file = stages.run.path / "checkpoints" / "sizing.safetensors"
+        file.unlink(missing_ok=True)
+        optimise(network, loss, settings, stages.seed, file, lambda *_: None)
+
+
+def narrower(width: int) -> Iterator[int]:
+    """Widths to try, from the narrowest."""
+    return (w for w in WIDTHS if w < width)
+
+
+def widths(preset: Preset) -> dict[str, Any]:
+    """What was found, for people."""
+    return {
+        "sampler_width": preset.sampler_flow.network.width,
+        "sampler_couplings": preset.sampler_flow.couplings,
+        "fast_map_width": preset.fast_map_network.width,
+    }
