@@ -49,7 +49,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
     parser.add_argument("--output", type=Path, default=Path("out/bench"))
     parser.add_argument("--preset", default="draft")
-    parser.add_argument("--routes", nargs="+", default=["teacher"], choices=("teacher", "photons"))
+    parser.add_argument("--routes", nargs="+", default=["photons"], choices=("teacher", "photons"))
     parser.add_argument("--lamps", nargs="+", default=["frosted_globe", "filament_bulb"])
     parser.add_argument("--checks", nargs="+", help="some of flux irradiance appearance ...")
     parser.add_argument("--reuse", nargs="+", type=Path, metavar="FOLDER", help="finished runs")

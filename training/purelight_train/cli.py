@@ -19,8 +19,8 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("luminaire", type=Path, help="Mitsuba 3 scene that holds only a lamp")
     parser.add_argument("--output", type=Path, required=True, metavar="RUN", help="run directory")
     parser.add_argument("--preset", choices=sorted(PRESETS), default="draft")
-    parser.add_argument("--route", choices=("teacher", "photons"), default="teacher",
-                        help="distil a teacher as in the paper, or fit light directly")  # fmt: skip
+    parser.add_argument("--route", choices=("photons", "teacher"), default="photons",
+                        help="fit light directly, or distil a teacher as in the paper")  # fmt: skip
     parser.add_argument("--anchor", action=argparse.BooleanOptionalAction,
                         help="encode where a ray passes the lamp's centre: sharper through glass; "
                         "on for --route photons")  # fmt: skip
