@@ -248,7 +248,7 @@ def main() -> int:
     parser.add_argument("--bundle", type=Path, required=True, help=".plux of the lamp")
     parser.add_argument("--lamp", type=Path, required=True, help="the lamp's own scene, .xml")
     parser.add_argument("--output", type=Path, default=Path("out/bench"))
-    parser.add_argument("--paths", type=int, default=64 << 20, help="of the reference")
+    parser.add_argument("--paths", type=int, default=16 << 20, help="of the reference")
     parser.add_argument("--spp", type=int, default=256, help="of the neural lamp")
     parser.add_argument("--path-spp", type=int, default=0, help="of the real lamp, path traced")
     arguments = parser.parse_args()
