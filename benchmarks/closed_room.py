@@ -37,6 +37,7 @@ HALF = (1.2, 1.2, 1.1)  # Of the room, in metres; the origin is its middle.
 RECESS = 0.16  # Half the width of the hole in the ceiling, and its depth.
 CAMERA = "-1.1, -1.1, 0.1"
 PASSES = 16
+MOUNTINGS = ("pendant", "wall", "recessed")
 MODES = ("accurate", "fast", "path")
 RINGS = (0.5, 0.7, 0.9, 1.0, 1.1, 1.25, 1.5, 2.0, 3.0)  # In radii of the bounding sphere.
 Figures = dict[str, Any]
@@ -247,6 +248,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.closed_room", description=__doc__)
     parser.add_argument("--bundle", type=Path, required=True, help=".plux of the lamp")
     parser.add_argument("--lamp", type=Path, required=True, help="the lamp's own scene, .xml")
+    parser.add_argument("--mountings", nargs="+", default=MOUNTINGS, choices=MOUNTINGS)
     parser.add_argument("--output", type=Path, default=Path("out/bench"))
     parser.add_argument("--paths", type=int, default=16 << 20, help="of the reference")
     parser.add_argument("--spp", type=int, default=256, help="of the neural lamp")
@@ -260,7 +262,8 @@ def main() -> int:
         folder = arguments.output / "closed_room"
         folder.mkdir(parents=True, exist_ok=True)
         results = {}
-        for name, mounting in mountings(sphere.radius).items():
+        for name in arguments.mountings:
+            mounting = mountings(sphere.radius)[name]
             print(f"{name} ...", file=sys.stderr, flush=True)
             room = Room(name, mounting, sphere, folder)
             results[name] = room.measure(
