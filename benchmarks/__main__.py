@@ -100,7 +100,9 @@ def measure(name: str, subject: Any, chosen: list[str] | None) -> dict[str, Any]
 
 def cost(subject: Any) -> dict[str, Any]:
     """What a run took and gave: seconds, megabytes, and nats of held-out light."""
-    metrics = json.loads((subject.run / "metrics.json").read_text())
+    from purelight_train.runs.run_directory import RunDirectory
+
+    metrics = RunDirectory.open(subject.run).read_json("metrics.json")
     return {
         "seconds": sum(metrics["seconds"].values()),
         "megabytes": subject.bundle.stat().st_size / 1e6,

@@ -130,12 +130,8 @@ def efficiency(sampler: Sampler, samples: CapSamples) -> Figures:
 
 
 def _optimise(training: Training, module: Any, loss: Any, settings: Any) -> float:
-    from purelight_train.runs.optimisation import optimise
-
     begin = time.process_time()
-    checkpoint = training.stages.run.path / "checkpoints" / "ablation.safetensors"
-    checkpoint.unlink(missing_ok=True)
-    optimise(module, loss, settings, 0, checkpoint, lambda *_: None)
+    training.stages.try_out(module, loss, settings)
     return time.process_time() - begin
 
 

@@ -24,9 +24,10 @@ from typing import Any
 import numpy as np
 import trimesh
 
-from purelight_examples.luminaires.lamp_scene import Material, Part, write_parts, write_xml
+from purelight_examples.luminaires.lamp_scene import Part, matt, write_parts, write_xml
 from purelight_examples.scenes.furniture import boxes, wall
 from purelight_examples.scenes.lamp_choice import LampChoice, NeuralLamp, Point, RealLamp
+from purelight_examples.scenes.sensor import Picture, sensor
 from purelight_format import atomic
 from purelight_format.bundle import Bundle
 from purelight_format.errors import PureLightError
@@ -35,7 +36,7 @@ from purelight_format.geometry import BoundingSphere
 SIZE = 128
 HALF = (1.2, 1.2, 1.1)  # Of the room, in metres; the origin is its middle.
 RECESS = 0.16  # Half the width of the hole in the ceiling, and its depth.
-CAMERA = "-1.1, -1.1, 0.1"
+CAMERA = (-1.1, -1.1, 0.1)
 PASSES = 16
 MOUNTINGS = ("pendant", "wall", "recessed")
 MODES = ("accurate", "fast", "path")
@@ -48,24 +49,24 @@ class Mounting:
     """Where the lamp's bounding sphere is: its centre, and the point the camera looks at."""
 
     centre: Point
-    target: str
+    target: Point
 
 
 def mountings(radius: float) -> dict[str, Mounting]:
     """Free, with a wall through its sphere, and half in the recess."""
     x, _, z = HALF
     return {
-        "pendant": Mounting((0.0, 0.0, 0.4), "0.4, 0.4, -0.3"),
-        "wall": Mounting((x - 0.8 * radius, 0.2, 0.1), "0.9, 0.1, 0"),
-        "recessed": Mounting((0.0, 0.0, z + 0.2 * radius), "0.3, 0.3, 0.5"),
+        "pendant": Mounting((0.0, 0.0, 0.4), (0.4, 0.4, -0.3)),
+        "wall": Mounting((x - 0.8 * radius, 0.2, 0.1), (0.9, 0.1, 0)),
+        "recessed": Mounting((0.0, 0.0, z + 0.2 * radius), (0.3, 0.3, 0.5)),
     }
 
 
-def write_room(folder: Path, name: str, lamp: LampChoice, at: Point, target: str) -> Path:
+def write_room(folder: Path, name: str, lamp: LampChoice, at: Point, target: Point) -> Path:
     """The room with the lamp's frame at a point; returns its XML."""
     scene = ET.Element("scene", version="3.0.0")
     scene.append(lamp.integrator())
-    scene.append(_sensor(target))
+    scene.append(sensor(Picture(SIZE, SIZE), CAMERA, target, 70))
     scene.extend(write_parts(folder, "closed", _parts()))
     scene.extend(lamp.elements(folder, at))
     return write_xml(folder / f"{name}.xml", scene)
@@ -88,28 +89,11 @@ def _parts() -> list[Part]:
     ]  # fmt: skip
     furniture = [((0.4, 0.5, -0.85), (0.5, 0.4, 0.5)), ((0.95, -0.4, -0.7), (0.3, 0.3, 0.8))]
     return [
-        _matt("ceiling", trimesh.util.concatenate(ceiling), (0.75, 0.75, 0.75)),
-        _matt("walls", trimesh.util.concatenate(walls), (0.6, 0.5, 0.4)),
-        _matt("floor", wall((0, 0, -z), 3, (x, y)), (0.3, 0.25, 0.2)),
-        _matt("boxes", boxes(furniture), (0.3, 0.4, 0.55)),
+        matt("ceiling", trimesh.util.concatenate(ceiling), (0.75, 0.75, 0.75)),
+        matt("walls", trimesh.util.concatenate(walls), (0.6, 0.5, 0.4)),
+        matt("floor", wall((0, 0, -z), 3, (x, y)), (0.3, 0.25, 0.2)),
+        matt("boxes", boxes(furniture), (0.3, 0.4, 0.55)),
     ]
-
-
-def _matt(name: str, mesh: trimesh.Trimesh, color: tuple[float, float, float]) -> Part:
-    return Part(name, mesh, Material("diffuse", {}, {"reflectance": color}))
-
-
-def _sensor(target: str) -> ET.Element:
-    sensor = ET.Element("sensor", type="perspective")
-    ET.SubElement(sensor, "float", name="fov", value="70")
-    transform = ET.SubElement(sensor, "transform", name="to_world")
-    ET.SubElement(transform, "lookat", {"origin": CAMERA, "target": target, "up": "0, 0, 1"})
-    film = ET.SubElement(sensor, "film", type="hdrfilm")
-    for name in ("width", "height"):
-        ET.SubElement(film, "integer", name=name, value=str(SIZE))
-    ET.SubElement(film, "rfilter", type="box")
-    ET.SubElement(sensor, "sampler", type="independent")
-    return sensor
 
 
 # Measuring

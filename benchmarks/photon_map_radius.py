@@ -19,7 +19,7 @@ from purelight_mitsuba import platform
 from purelight_train.light.exit_records import ExitRecords, settle
 from purelight_train.light.exit_surface import ExitSurface, visible_part
 from purelight_train.light.light_tracing import trace_records
-from purelight_train.light.luminaire import _triangles
+from purelight_train.light.luminaire import scene_triangles
 from purelight_train.light.positional_density import PositionalDensity
 
 RADIUS, OFFSET, INTENSITY = 0.05, 0.03, 1.0
@@ -71,7 +71,7 @@ def main() -> None:
     """Print the table."""
     platform.use()
     scene = globe()
-    surface = visible_part(*_triangles(scene), 1 << 18, np.random.default_rng(0))
+    surface = visible_part(*scene_triangles(scene), 1 << 18, np.random.default_rng(0))
     print("| photons | neighbours | radius / lamp radius | error | bias | noise |")
     print("|---|---|---|---|---|---|")
     for millions in MILLIONS:

@@ -74,6 +74,11 @@ class Part:
         return shape
 
 
+def matt(name: str, mesh: trimesh.Trimesh, reflectance: RGB) -> Part:
+    """A part that reflects light evenly."""
+    return Part(name, mesh, Material("diffuse", {}, {"reflectance": reflectance}))
+
+
 def emitted_flux(parts: Sequence[Part]) -> RGB:
     """Power the emitters send out before any glass, pi * area * radiance, in W per channel."""
     total = np.zeros(3)

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
-from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import trimesh
 
-from purelight_examples.luminaires.lamp_scene import Material, Part, write_parts, write_xml
+from purelight_examples.luminaires.lamp_scene import Material, Part, matt, write_parts, write_xml
 from purelight_examples.scenes.furniture import boxes, turned, wall
 from purelight_examples.scenes.lamp_choice import LampChoice
+from purelight_examples.scenes.sensor import Picture, sensor
 
 # The origin is the middle of the room: ray offsets grow with coordinates, and glass is thin
 WIDTH, DEPTH, HEIGHT = 3.0, 3.0, 2.6
@@ -20,15 +19,7 @@ LAMP_AT = (0.1, 0.15, 0.5)
 LAMP_CLEARANCE = 0.13
 CAMERA = (-1.38, -1.42, 0.22)
 TARGET = (0.28, 0.4, -0.22)
-
-
-@dataclass(frozen=True)
-class Picture:
-    """Size of the picture in pixels, and paths per pixel."""
-
-    width: int = 384
-    height: int = 288
-    spp: int = 64
+FOV = 66.0
 
 
 def write(
@@ -37,7 +28,7 @@ def write(
     """Write `<name>.xml` and the room's meshes; returns the XML's path."""
     scene = ET.Element("scene", version="3.0.0")
     scene.append(lamp.integrator())
-    scene.append(_sensor(picture or Picture()))
+    scene.append(sensor(picture or Picture(), CAMERA, TARGET, FOV))
     scene.extend(write_parts(folder, "room", parts()))
     scene.extend(lamp.elements(folder, LAMP_AT))
     return write_xml(folder / f"{name}.xml", scene)
@@ -54,10 +45,10 @@ def _walls() -> list[Part]:
         wall((0, 0, CEILING), -3, (x, y)), wall((0, -y, 0), 2, (z, x)), wall((-x, 0, 0), 1, (y, z)),
     ])  # fmt: skip
     return [
-        _part("plaster", plaster, (0.76, 0.74, 0.7)),
-        _part("floor", wall((0, 0, FLOOR), 3, (x, y)), (0.36, 0.24, 0.15)),
-        _part("right_wall", wall((x, 0, 0), -1, (y, z)), (0.16, 0.36, 0.4)),
-        _part("back_wall", wall((0, y, 0), -2, (z, x)), (0.68, 0.6, 0.5)),
+        matt("plaster", plaster, (0.76, 0.74, 0.7)),
+        matt("floor", wall((0, 0, FLOOR), 3, (x, y)), (0.36, 0.24, 0.15)),
+        matt("right_wall", wall((x, 0, 0), -1, (y, z)), (0.16, 0.36, 0.4)),
+        matt("back_wall", wall((0, y, 0), -2, (z, x)), (0.68, 0.6, 0.5)),
     ]
 
 
@@ -72,12 +63,12 @@ def _furniture() -> list[Part]:
     frame = boxes([((-0.3, 1.485, 0.3), (0.8, 0.02, 0.55))])
     canvas = boxes([((-0.3, 1.475, 0.3), (0.7, 0.02, 0.45))])
     return [
-        _part("cord", cord, (0.05, 0.05, 0.05)),
-        _part("shelf", boxes(shelf), (0.5, 0.33, 0.18)),
-        _part("sofa", boxes(sofa), (0.5, 0.16, 0.1)),
-        _part("rug", boxes([((0.1, 0.1, FLOOR + 0.008), (1.7, 1.5, 0.012))]), (0.55, 0.5, 0.42)),
-        _part("frame", frame, (0.06, 0.05, 0.04)),
-        _part("canvas", canvas, (0.75, 0.55, 0.2)),
+        matt("cord", cord, (0.05, 0.05, 0.05)),
+        matt("shelf", boxes(shelf), (0.5, 0.33, 0.18)),
+        matt("sofa", boxes(sofa), (0.5, 0.16, 0.1)),
+        matt("rug", boxes([((0.1, 0.1, FLOOR + 0.008), (1.7, 1.5, 0.012))]), (0.55, 0.5, 0.42)),
+        matt("frame", frame, (0.06, 0.05, 0.04)),
+        matt("canvas", canvas, (0.75, 0.55, 0.2)),
         *_books(),
     ]
 
@@ -92,7 +83,7 @@ def _books() -> list[Part]:
             rows[i * 3 % 4].append(((1.34, y + thick / 2, shelf + tall / 2), (0.18, thick, tall)))
             y += thick + 0.004
     named = zip(rows, colors, strict=True)
-    return [_part(f"books_{i}", boxes(row), color) for i, (row, color) in enumerate(named)]
+    return [matt(f"books_{i}", boxes(row), color) for i, (row, color) in enumerate(named)]
 
 
 def _on_the_table() -> list[Part]:
@@ -109,32 +100,8 @@ def _on_the_table() -> list[Part]:
     glazed = Material("roughplastic", {"alpha": 0.08}, {"diffuse_reflectance": (0.1, 0.35, 0.22)})
     ball = trimesh.creation.icosphere(subdivisions=5, radius=0.09)
     return [
-        _part("table", turned(table, (x, y, top)), (0.42, 0.27, 0.15)),
+        matt("table", turned(table, (x, y, top)), (0.42, 0.27, 0.15)),
         Part("vase", turned(vase, (x + 0.12, y + 0.1, top + 0.002)), glazed),
         Part("ball", ball.apply_translation((x - 0.16, y - 0.05, top + 0.093)), copper),
-        _part("tray", boxes([((x + 0.02, y - 0.22, top + 0.012), (0.26, 0.18, 0.02))]), (0.7,) * 3),
+        matt("tray", boxes([((x + 0.02, y - 0.22, top + 0.012), (0.26, 0.18, 0.02))]), (0.7,) * 3),
     ]
-
-
-def _part(name: str, mesh: trimesh.Trimesh, reflectance: Sequence[float]) -> Part:
-    r, g, b = reflectance
-    return Part(name, mesh, Material("diffuse", {}, {"reflectance": (r, g, b)}))
-
-
-def _sensor(picture: Picture) -> ET.Element:
-    sensor = ET.Element("sensor", type="perspective")
-    ET.SubElement(sensor, "float", name="fov", value="66")
-    transform = ET.SubElement(sensor, "transform", name="to_world")
-    at = {"origin": _text(CAMERA), "target": _text(TARGET), "up": "0, 0, 1"}
-    ET.SubElement(transform, "lookat", at)
-    film = ET.SubElement(sensor, "film", type="hdrfilm")
-    ET.SubElement(film, "integer", name="width", value=str(picture.width))
-    ET.SubElement(film, "integer", name="height", value=str(picture.height))
-    ET.SubElement(film, "rfilter", type="box")
-    sampler = ET.SubElement(sensor, "sampler", type="independent")
-    ET.SubElement(sampler, "integer", name="sample_count", value=str(picture.spp))
-    return sensor
-
-
-def _text(values: Sequence[float]) -> str:
-    return ", ".join(f"{v:g}" for v in values)

@@ -155,7 +155,7 @@ def test_flipped_and_open_globes_give_finite_records(mitsuba: Any, change: str) 
     from purelight_train.light.exit_records import settle
     from purelight_train.light.exit_surface import mitsuba_mesh, visible_part
     from purelight_train.light.light_tracing import trace_records
-    from purelight_train.light.luminaire import _triangles
+    from purelight_train.light.luminaire import scene_triangles
 
     globe = trimesh.creation.icosphere(3)
     faces = globe.faces[:, ::-1] if change == "flipped" else globe.faces[: len(globe.faces) // 2]
@@ -169,7 +169,7 @@ def test_flipped_and_open_globes_give_finite_records(mitsuba: Any, change: str) 
     records = trace_records(scene, 1, 0)
     assert records.dropped == 0
     assert records.flux[0] <= 4 * math.pi**2 * 0.2**2 * 1.0001
-    surface = visible_part(*_triangles(scene), 1 << 16, np.random.default_rng(0))
+    surface = visible_part(*scene_triangles(scene), 1 << 16, np.random.default_rng(0))
     settled, triangle = settle(records, surface)
     assert np.isfinite(settled.normal).all()
     assert (triangle >= 0).mean() > 0.99

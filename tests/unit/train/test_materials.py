@@ -128,11 +128,11 @@ def test_light_let_through_is_seen_at_the_outer_surface(mitsuba: Any, name: str)
     from purelight_train.light.exit_records import settle
     from purelight_train.light.exit_surface import visible_part
     from purelight_train.light.light_tracing import trace_records
-    from purelight_train.light.luminaire import _triangles
+    from purelight_train.light.luminaire import scene_triangles
 
     parts = {"bulb": BULB, "cube": cube(mitsuba, ENCLOSING[name])}
     scene = mitsuba.load_dict({"type": "scene", **parts})
-    surface = visible_part(*_triangles(scene), 1 << 16, np.random.default_rng(0))
+    surface = visible_part(*scene_triangles(scene), 1 << 16, np.random.default_rng(0))
     assert surface.area == pytest.approx(24 * 0.35**2, rel=1e-3)  # the cube and nothing inside
     records = trace_records(scene, 1, 0)
     settled, triangle = settle(records, surface)

@@ -12,7 +12,7 @@ def test_uniform_sphere_and_its_flux(mitsuba: Any) -> None:
     from purelight_train.light.exit_records import settle
     from purelight_train.light.exit_surface import visible_part
     from purelight_train.light.light_tracing import trace_records
-    from purelight_train.light.luminaire import _triangles
+    from purelight_train.light.luminaire import scene_triangles
     from purelight_train.light.positional_density import PositionalDensity
 
     cube = {
@@ -21,7 +21,7 @@ def test_uniform_sphere_and_its_flux(mitsuba: Any) -> None:
     }
     scene = mitsuba.load_dict({"type": "scene", "cube": cube})
     rng = np.random.default_rng(0)
-    surface = visible_part(*_triangles(scene), 1 << 16, rng)
+    surface = visible_part(*scene_triangles(scene), 1 << 16, rng)
     assert surface.area == 24.0
     records, triangle = settle(trace_records(scene, 1 << 20, 0), surface)
     assert (triangle >= 0).all()

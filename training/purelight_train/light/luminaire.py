@@ -41,7 +41,7 @@ def load_luminaire(path: str | Path, seed: int = 0) -> Luminaire:
     path = Path(path)
     scene = _load_scene(path)
     _check_emitters(path, scene)
-    positions, triangles = _triangles(scene)
+    positions, triangles = scene_triangles(scene)
     rng = np.random.default_rng([seed, 1])
     surface = visible_part(positions, triangles, VISIBILITY_RAYS, rng)
     _check_glass(scene, surface)
@@ -116,7 +116,7 @@ def _check_glass(scene: Any, surface: ExitSurface) -> None:
             )
 
 
-def _triangles(scene: Any) -> tuple[NDArray[np.float32], NDArray[np.uint32]]:
+def scene_triangles(scene: Any) -> tuple[NDArray[np.float32], NDArray[np.uint32]]:
     """All shapes of the scene as one triangle soup."""
     positions, triangles, count = [], [], 0
     for shape in scene.shapes():

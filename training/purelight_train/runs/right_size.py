@@ -23,7 +23,6 @@ from purelight_train.learning.photon_batches import reference_rays
 from purelight_train.networks.student import Student, shaken
 from purelight_train.presets import Optimisation
 from purelight_train.runs.evaluation import as_function, close_flux, fidelity
-from purelight_train.runs.optimisation import optimise
 from purelight_train.runs.pipeline import reopen
 from purelight_train.runs.run_directory import RunDirectory
 from purelight_train.runs.sampler_size import SamplerSizes, widths
@@ -35,6 +34,7 @@ FLOOR = 0.01  # of the mean radiance, as in `truth.metrics.mape`
 LINES, HELD_OUT_LINES = 1 << 21, 1 << 17
 FULL = Optimisation(4000, 1 << 13, 1e-2)
 TRIAL = 400
+OF_THE_LARGER = ("report.html", "previews", "checkpoints")  # It shows other networks.
 Rays = tuple[Tensor, ...]
 
 
@@ -117,13 +117,11 @@ class SizeSearch:
         """A student of a size after `steps` steps."""
         student = self.stages.build("student", Student, self.lamp.description, rung.preset)
         settings = replace(FULL, steps=steps)
-        file = self.stages.run.path / "checkpoints" / "sizing.safetensors"
-        file.unlink(missing_ok=True)
 
         def batch_loss(rng: np.random.Generator) -> Tensor:
             return self.loss(student, rows(self.data, rng, settings.batch))
 
-        optimise(student, batch_loss, settings, self.stages.seed, file, lambda *_: None)
+        self.stages.try_out(student, batch_loss, settings)
         return student
 
     def trial(self, rung: Rung) -> Trial:
@@ -181,7 +179,7 @@ def right_size(
     preset, sampler, fast_map = SamplerSizes(training, target)(rung.preset)
     with tempfile.TemporaryDirectory(dir=output.parent, prefix=f".{output.name}") as folder:
         made = RunDirectory(Path(folder) / "run")
-        shutil.copytree(run.path, made.path)
+        shutil.copytree(run.path, made.path, ignore=shutil.ignore_patterns(*OF_THE_LARGER))
         made.write_json("config.json", run.config | {"preset": preset.to_dict()})
         made.write_json("metrics.json", run.read_json("metrics.json") | figures)
         tried = [trial.to_dict() for trial in trials]

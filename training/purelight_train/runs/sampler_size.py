@@ -16,9 +16,8 @@ from purelight_train.networks.fast_map import FastMap
 from purelight_train.networks.sampler import Sampler
 from purelight_train.presets import FlowSize, MLPSize, Optimisation, Preset
 from purelight_train.runs.evaluation import as_function
-from purelight_train.runs.optimisation import optimise
 from purelight_train.runs.pipeline import Training
-from purelight_train.runs.stages import Loss, rows
+from purelight_train.runs.stages import rows
 
 POINTS, HELD_OUT_POINTS, DRAWS = 1 << 16, 1 << 12, 1 << 16
 WIDTHS = (16, 20, 24, 32, 48, 64, 96, 128)
@@ -71,7 +70,7 @@ class SamplerSizes:
                 z, point = tensors(*batches.draw(rng, SAMPLER.batch))
                 return -network.log_density(z, point).mean()
 
-            self._optimise(network, loss, SAMPLER)
+            self.training.stages.try_out(network, loss, SAMPLER)
             if self._nats(network) <= bound:
                 return sized, network
         return preset, own
@@ -98,7 +97,7 @@ class SamplerSizes:
             def loss(rng: np.random.Generator, network: FastMap = network) -> Tensor:
                 return network.loss(*rows(data, rng, FAST_MAP.batch))
 
-            self._optimise(network, loss, FAST_MAP)
+            self.training.stages.try_out(network, loss, FAST_MAP)
             network.close_power(*data)
             if self._square_error(network) <= bound:
                 return sized, network
@@ -110,16 +109,8 @@ class SamplerSizes:
         samples, tensors = self.held_out, self.training.stages.tensors
         return float(fast_map.loss(*tensors(samples.point, samples.radiance)))
 
-    # Both
-
     def _build(self, name: str, kind: Callable[..., Module], preset: Preset) -> Module:
         return self.training.stages.build(name, kind, self.training.lamp.description, preset)
-
-    def _optimise(self, network: nn.Module, loss: Loss, settings: Optimisation) -> None:
-        stages = self.training.stages
-        file = stages.run.path / "checkpoints" / "sizing.safetensors"
-        file.unlink(missing_ok=True)
-        optimise(network, loss, settings, stages.seed, file, lambda *_: None)
 
 
 def narrower(width: int) -> Iterator[int]:
