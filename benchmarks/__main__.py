@@ -1,7 +1,8 @@
 """Train lamps, export them, and print how near they are to the truth.
 
 python -m benchmarks --output out/bench [--preset draft] [--routes teacher photons]
-    [--lamps frosted_globe filament_bulb]
+    [--lamps frosted_globe filament_bulb] [--size 128] [--paths 67108864]
+    [--threads 1]
 python -m benchmarks --checks appearance --reuse out/demo
 
 A folder to reuse is one of the demo (`run`, `lamp.plux` in it), or a run directory with the bundle
@@ -12,6 +13,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import sys
 import time
 from functools import partial
@@ -52,6 +54,9 @@ def main() -> int:
     parser.add_argument("--routes", nargs="+", default=["photons"], choices=("teacher", "photons"))
     parser.add_argument("--lamps", nargs="+", default=["frosted_globe", "filament_bulb"])
     parser.add_argument("--checks", nargs="+", help="some of flux irradiance appearance ...")
+    parser.add_argument("--size", type=int, default=128, help="pixels of `appearance`, a side")
+    parser.add_argument("--paths", type=int, default=1 << 26, help="of the truth of `appearance`")
+    parser.add_argument("--threads", type=int, default=os.cpu_count(), help="of the training")
     parser.add_argument("--reuse", nargs="+", type=Path, metavar="FOLDER", help="finished runs")
     arguments = parser.parse_args()
     try:
@@ -76,24 +81,30 @@ def _results(arguments: argparse.Namespace) -> dict[str, Any]:
         subjects = {str(folder): partial(reuse, folder) for folder in arguments.reuse}
     else:
         subjects = {
-            f"{lamp} {route}": partial(prepare, lamp, arguments.output, arguments.preset, route)
+            f"{lamp} {route}": partial(
+                prepare, lamp, arguments.output, arguments.preset, route, arguments.threads
+            )
             for lamp in arguments.lamps
             for route in arguments.routes
         }
-    return {name: measure(name, make(), arguments.checks) for name, make in subjects.items()}
+    truth = {"size": arguments.size, "paths": arguments.paths}
+    return {n: measure(n, make(), arguments.checks, truth) for n, make in subjects.items()}
 
 
-def measure(name: str, subject: Any, chosen: list[str] | None) -> dict[str, Any]:
-    """Figures of every chosen check for one lamp."""
-    from benchmarks.fidelity import CHECKS
+def measure(
+    name: str, subject: Any, chosen: list[str] | None, truth: dict[str, int]
+) -> dict[str, Any]:
+    """Figures of every chosen check for one lamp; `truth` is the one of `appearance`."""
+    from benchmarks.fidelity import CHECKS, appearance
 
-    unknown = set(chosen or ()) - set(CHECKS)
+    checks = CHECKS | {"appearance": partial(appearance, **truth)}
+    unknown = set(chosen or ()) - set(checks)
     if unknown:
-        raise PureLightError(f"no check {sorted(unknown)}; choose from {' '.join(CHECKS)}")
+        raise PureLightError(f"no check {sorted(unknown)}; choose from {' '.join(checks)}")
     results = cost(subject)
-    for check in chosen or list(CHECKS):
+    for check in chosen or list(checks):
         start = time.monotonic()
-        results[check] = CHECKS[check](subject)
+        results[check] = checks[check](subject)
         print(f"{name} {check} ({time.monotonic() - start:.0f} s): {json.dumps(results[check])}")
     return results
 
@@ -126,7 +137,7 @@ def _cell(figures: dict[str, Any], style: str, *path: str) -> str:
     return "-" if value is None else format(value, style)
 
 
-def prepare(lamp: str, output: Path, preset: str, route: str) -> Any:
+def prepare(lamp: str, output: Path, preset: str, route: str, threads: int) -> Any:
     """Build, train and export a lamp, or take what an earlier call left."""
     import purelight_train.cli
 
@@ -134,6 +145,7 @@ def prepare(lamp: str, output: Path, preset: str, route: str) -> Any:
     bundle = run.with_name(run.name + ".plux")
     scene = import_module(f"purelight_examples.luminaires.{lamp}").write(output / "lamps")
     words = [str(scene), "--output", str(run), "--preset", preset, "--route", route, "--resume"]
+    words += ["--threads", str(threads)]
     if not bundle.is_file() and purelight_train.cli.main(words) != 0:
         sys.exit(2)
     platform.use()

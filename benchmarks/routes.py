@@ -1,11 +1,12 @@
 """Routes to the student: error against seconds.
 
 python -m benchmarks.routes --output out/bench/routes [--lamps frosted_globe filament_bulb]
-    [--variants photons-anchor ...] [--threads 1]
+    [--variants photons-anchor ...] [--size 128] [--paths 33554432] [--threads 1]
 
 Each variant trains a `draft` student from a lamp's scene alone. Seconds are of the processor, all
 that led to the student included, so that a busy machine changes little. Figures of earlier calls
-stay in OUTPUT/routes.json; a variant that is in it is not run again.
+stay in OUTPUT/routes.json; a variant that is in it is not run again, only compared again where the
+truth asked for is another.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ import argparse
 import json
 import shutil
 import time
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from importlib import import_module
 from pathlib import Path
@@ -29,8 +30,10 @@ from purelight_train.presets import DRAFT, Preset
 
 if TYPE_CHECKING:  # Mitsuba's variant must be set before it is imported
     from purelight_train.learning.cap_samples import Radiance
+    from purelight_train.runs.pipeline import Training
 
 SIZE, PATHS, SPP = 128, 32 << 20, 16
+TRUTH = ("size", "paths")
 Figures = dict[str, Any]
 
 
@@ -69,10 +72,17 @@ VARIANTS = {
 
 @dataclass(frozen=True)
 class Bench:
-    """One lamp's scene, its pictures, and where runs go."""
+    """One lamp's scene, its pictures, and where runs go.
+
+    Arguments:
+        size: pixels along each side of the truth.
+        paths: of the truth.
+    """
 
     lamp: str
     output: Path
+    size: int = SIZE
+    paths: int = PATHS
 
     @property
     def scene(self) -> Path:
@@ -88,10 +98,10 @@ class Bench:
         from purelight_train.truth.thin_lens import ThinLens
         from purelight_train.truth.views import three_views
 
-        lenses = three_views(ThinLens(training.lamp.surface.sphere, SIZE, 0, 0))
-        file = self.output / f"{self.lamp}.npz"
+        lenses = three_views(ThinLens(training.lamp.surface.sphere, self.size, 0, 0))
+        file = self.output / f"{self.lamp}-{self.size}-{self.paths}.npz"
         if not file.is_file():
-            pictures = light_traced(training.lamp.luminaire.scene, lenses, PATHS, seed=7)
+            pictures = light_traced(training.lamp.luminaire.scene, lenses, self.paths, seed=7)
             stack = [np.stack((p.image, *p.halves, p.error)) for p in pictures]
             with atomic.replace_file(file) as stream:
                 np.savez(stream, pictures=np.stack(stack))
@@ -100,23 +110,35 @@ class Bench:
 
     def run(self, name: str, threads: int) -> Figures:
         """Train one variant and compare it with the truth."""
-        from purelight_train.runs.evaluation import as_function
+        shutil.rmtree(self.output / f"{self.lamp}-{name}", ignore_errors=True)
+        torch.set_num_threads(threads)
+        before, begin = time.process_time(), time.monotonic()
+        training = self._training(name)
+        training.lamp.store()
+        size = sum(p.numel() for p in training.student.parameters())
+        seconds = {"cpu": time.process_time() - before, "wall": time.monotonic() - begin}
+        return {"seconds": seconds, "parameters": size} | self.compare(training)
+
+    def judge(self, name: str) -> Figures:
+        """Compare a variant trained earlier with the truth."""
+        return self.compare(self._training(name))
+
+    def _training(self, name: str) -> Training:
+        """A variant's run, as far as it is finished."""
         from purelight_train.runs.pipeline import start
 
         variant, folder = VARIANTS[name], self.output / f"{self.lamp}-{name}"
-        shutil.rmtree(folder, ignore_errors=True)
-        torch.set_num_threads(threads)
-        before, begin = time.process_time(), time.monotonic()
-        training = start(
-            self.scene, folder, variant.preset, 0, "cpu", resume=False, route=variant.route,
-            anchor=variant.anchor,
+        return start(
+            self.scene, folder, variant.preset, 0, "cpu", resume=folder.exists(),
+            route=variant.route, anchor=variant.anchor,
         )  # fmt: skip
-        training.lamp.store()
-        student = training.student
-        seconds = {"cpu": time.process_time() - before, "wall": time.monotonic() - begin}
-        size = sum(p.numel() for p in student.parameters())
-        radiance = as_function(student, torch.device("cpu"))
-        return {"seconds": seconds, "parameters": size} | self.errors(training, radiance)
+
+    def compare(self, training: Training) -> Figures:
+        """Errors of a run's student, and against which truth."""
+        from purelight_train.runs.evaluation import as_function
+
+        radiance = as_function(training.student, torch.device("cpu"))
+        return {"size": self.size, "paths": self.paths} | self.errors(training, radiance)
 
     def errors(self, training: Any, radiance: Radiance, spp: int = SPP) -> Figures:
         """Held-out likelihood, and image errors as means over three views."""
@@ -154,15 +176,18 @@ def _order(item: tuple[str, Figures]) -> tuple[str, float]:
     return item[0].split(" ")[0], item[1]["seconds"]["cpu"]
 
 
-def measure(output: Path, lamps: Iterable[str], variants: Iterable[str], threads: int) -> None:
-    """Run what OUTPUT/routes.json does not hold yet; print the table."""
-    report = output / "routes.json"
-    results: dict[str, Figures] = json.loads(report.read_text()) if report.is_file() else {}
-    for lamp in lamps:
+def measure(benches: Iterable[Bench], variants: Sequence[str], threads: int) -> None:
+    """Run what routes.json does not hold yet, compare what another truth was used for; print."""
+    for bench in benches:
+        report = bench.output / "routes.json"
+        results: dict[str, Figures] = json.loads(report.read_text()) if report.is_file() else {}
         for name in variants:
-            if f"{lamp} {name}" not in results:
-                results[f"{lamp} {name}"] = Bench(lamp, output).run(name, threads)
-                atomic.write_bytes(report, (json.dumps(results, indent=2) + "\n").encode())
+            key = f"{bench.lamp} {name}"
+            if key not in results:
+                results[key] = bench.run(name, threads)
+            elif [results[key].get(k) for k in TRUTH] != [bench.size, bench.paths]:
+                results[key] |= bench.judge(name)
+            atomic.write_bytes(report, (json.dumps(results, indent=2) + "\n").encode())
     print(table(results))
 
 
@@ -172,11 +197,16 @@ def main() -> None:
     parser.add_argument("--output", type=Path, default=Path("out/bench/routes"))
     parser.add_argument("--lamps", nargs="+", default=["frosted_globe", "filament_bulb"])
     parser.add_argument("--variants", nargs="+", choices=VARIANTS, default=list(VARIANTS))
+    parser.add_argument("--size", type=int, default=SIZE, help="pixels of the truth, a side")
+    parser.add_argument("--paths", type=int, default=PATHS, help="of the truth")
     parser.add_argument("--threads", type=int, default=1)
     arguments = parser.parse_args()
     platform.use()
     arguments.output.mkdir(parents=True, exist_ok=True)
-    measure(arguments.output, arguments.lamps, arguments.variants, arguments.threads)
+    benches = [
+        Bench(lamp, arguments.output, arguments.size, arguments.paths) for lamp in arguments.lamps
+    ]
+    measure(benches, arguments.variants, arguments.threads)
 
 
 if __name__ == "__main__":

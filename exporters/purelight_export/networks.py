@@ -14,7 +14,7 @@ from purelight_export.grid import grid
 from purelight_train.networks.fast_map import SIZE, FastMap
 from purelight_train.networks.point_encoding import ANGLE_BINS, PointEncoding
 from purelight_train.networks.sampler import Sampler
-from purelight_train.networks.student import MAX_LOG, Student
+from purelight_train.networks.student import Student
 from purelight_train.networks.surface_network import SurfaceNetwork
 from purelight_train.networks.transparency import Transparency
 
@@ -24,7 +24,7 @@ def appearance(student: Student, *, compact: bool = False) -> bytes:
     graph = Graph("appearance")
     raw = _surface(graph, student, compact=compact)
     gain = (student.gain.double() * student.scale * student.channels).cpu().numpy()
-    exponential = graph.exp(graph.clip(raw, student.least_log, MAX_LOG))
+    exponential = graph.exp(graph.clip(raw, student.least_log, float(student.ceiling)))
     unit = exponential if student.link == "log" else exponential - 1.0
     graph.output("radiance", unit * gain)
     return graph.to_bytes()
@@ -76,7 +76,7 @@ def fast_map(network: FastMap, *, compact: bool = False) -> bytes:
         output = _channel_by_channel(graph, context, network)
     else:
         output = mlp(graph, [context], network.network)
-    log = graph.clip(output, 0.0, MAX_LOG)
+    log = graph.clip(output, 0.0, float(network.ceiling))
     gain = (network.gain.double() * network.scale * network.channels).cpu().numpy()
     scaled = (graph.exp(log) - 1.0) * np.repeat(gain, SIZE * SIZE)
     radiance = graph.reshape(scaled, 3, SIZE, SIZE)

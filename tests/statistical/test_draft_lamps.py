@@ -16,7 +16,7 @@ def subject(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFac
     from benchmarks.__main__ import prepare
 
     lamp, route = request.param
-    return prepare(lamp, tmp_path_factory.mktemp("draft"), "draft", route)
+    return prepare(lamp, tmp_path_factory.mktemp("draft"), "draft", route, threads=2)
 
 
 def test_flux_closes(subject: Any) -> None:

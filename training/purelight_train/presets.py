@@ -171,13 +171,13 @@ STANDARD = Preset(
     name="standard",
     paths=48 << 20,
     density_neighbours=600,
-    teacher_grid=GridSize(10, 4, 8, 256, 1 << 17),
-    teacher_flow=FlowSize(6, MLPSize(128, 3), 32),
-    teacher=Optimisation(6000, 1 << 14, 3e-3),
-    distillation_samples=1 << 24,
+    teacher_grid=GridSize(8, 4, 8, 256, 1 << 16),
+    teacher_flow=FlowSize(4, MLPSize(96, 2), 24),
+    teacher=Optimisation(3000, 1 << 13, 4e-3),
+    distillation_samples=1 << 23,
     student_grid=GridSize(10, 4, 8, 512, 1 << 17),
     student_network=MLPSize(128, 4),
-    student=Optimisation(12_000, 1 << 14, 3e-3),
+    student=Optimisation(10_000, 1 << 13, 5e-3),
     transparency_samples=1 << 22,
     transparency_grid=GridSize(8, 2, 8, 128, 1 << 16),
     transparency_network=MLPSize(64, 3),
@@ -189,7 +189,7 @@ STANDARD = Preset(
     fast_map_network=MLPSize(64, 3),
     fast_map=Optimisation(6000, 1 << 8, 2e-3),
     fast_map_one_hot=False,
-    photons=Optimisation(12_000, 1 << 12, 1e-2),
+    photons=Optimisation(20_000, 1 << 12, 1e-2),
 )
 
 PAPER = Preset(

@@ -47,11 +47,12 @@ def _size(arguments: argparse.Namespace) -> int:
 
     platform.use("llvm_ad_rgb")
 
-    from purelight_train.runs.right_size import right_size, table
+    from purelight_train.sizes.right_size import right_size
+    from purelight_train.sizes.student import table
 
-    trials, sampling = right_size(arguments.run, arguments.output, arguments.target_error, "cpu")
+    trials, others = right_size(arguments.run, arguments.output, arguments.target_error, "cpu")
     print(table(trials))
-    print(", ".join(f"{name.replace('_', ' ')} {value}" for name, value in sampling.items()))
+    print(", ".join(f"{name.replace('_', ' ')} {value}" for name, value in others.items()))
     print(f"{arguments.output}: the last size; next: purelight-export {arguments.output} "
           "--output lamp.plux")  # fmt: skip
     return 0

@@ -55,6 +55,8 @@ def test_appearance(
 ) -> None:
     student = wild(Student, description, preset)
     student.gain.copy_(torch.tensor([1.1, 0.9, 1.0]))
+    with torch.no_grad():
+        student.ceiling.copy_(student.raw(*tensors(*surface_inputs.values())).quantile(0.9))
     result = Session(networks.appearance(student, compact=compact))(surface_inputs)["radiance"]
     with torch.no_grad():
         expected = student(*tensors(*surface_inputs.values())).numpy()
@@ -219,6 +221,8 @@ def test_fast_map(
 ) -> None:  # fmt: skip
     preset = replace(preset, fast_map_one_hot=one_hot)
     network = wild(FastMap, description, preset)
+    with torch.no_grad():
+        network.ceiling.copy_(network.raw(torch.from_numpy(point)).flatten()[::97].quantile(0.9))
     model = networks.fast_map(network, compact=compact)
     result = Session(model)({"point": point})["radiance_map"]
     with torch.no_grad():

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -219,25 +220,42 @@ def test_other_run_in_the_way(run: Path, lamp: Path) -> None:
         train(lamp, run, preset=PRESETS["standard"], resume=True)
 
 
+def test_networks_of_another_version_are_refused(run: Path, tmp_path: Path) -> None:
+    from safetensors.torch import load_file, save_file
+
+    from purelight_format.errors import PureLightError
+    from purelight_train.runs.run_directory import RunDirectory
+
+    copy = tmp_path / "old"
+    shutil.copytree(run, copy)
+    file = copy / "networks" / "student.safetensors"
+    tensors = load_file(file)
+    del tensors["ceiling"]
+    save_file(tensors, file)
+    with pytest.raises(PureLightError, match="another version; train again"):
+        RunDirectory.open(copy).networks()
+
+
 def test_right_size(run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A loose target takes the smallest student, in a run that exports like any other."""
     from purelight_format.errors import PureLightError
-    from purelight_train.runs import right_size, sampler_size
     from purelight_train.runs.run_directory import RunDirectory
+    from purelight_train.sizes import right_size, sampling, student, transparency
 
-    monkeypatch.setattr(right_size, "LINES", 1 << 17)
-    monkeypatch.setattr(sampler_size, "POINTS", 1 << 8)
-    monkeypatch.setattr(sampler_size, "SAMPLER", Optimisation(30, 1 << 10, 1e-2))
-    monkeypatch.setattr(sampler_size, "FAST_MAP", Optimisation(30, 1 << 5, 1e-2))
+    monkeypatch.setattr(student, "LINES", 1 << 17)
+    monkeypatch.setattr(sampling, "POINTS", 1 << 8)
+    monkeypatch.setattr(transparency, "TRAINING", Optimisation(60, 1 << 11, 1e-2))
+    monkeypatch.setattr(sampling, "SAMPLER", Optimisation(30, 1 << 10, 1e-2))
+    monkeypatch.setattr(sampling, "FAST_MAP", Optimisation(30, 1 << 5, 1e-2))
     small = tmp_path / "small"
-    monkeypatch.setattr(right_size, "TRIAL", 10)
-    monkeypatch.setattr(right_size, "FULL", Optimisation(20, 1 << 11, 1e-2))
+    monkeypatch.setattr(student, "TRIAL", 10)
+    monkeypatch.setattr(student, "FULL", Optimisation(20, 1 << 11, 1e-2))
     with pytest.raises(PureLightError, match="larger --target-error"):
         right_size.right_size(run, small, 1e-4, "cpu")
     assert list(tmp_path.iterdir()) == []
-    monkeypatch.setattr(right_size, "TRIAL", 60)
-    monkeypatch.setattr(right_size, "FULL", Optimisation(120, 1 << 11, 1e-2))
-    trials, sampling = right_size.right_size(run, small, 5.0, "cpu")
+    monkeypatch.setattr(student, "TRIAL", 60)
+    monkeypatch.setattr(student, "FULL", Optimisation(120, 1 << 11, 1e-2))
+    trials, others = right_size.right_size(run, small, 5.0, "cpu")
     before, after = (RunDirectory.open(path).networks().student for path in (run, small))
     sizes = [sum(p.numel() for p in student.parameters()) for student in (before, after)]
     assert sizes[1] == trials[-1].rung.weights
@@ -245,7 +263,10 @@ def test_right_size(run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
     assert sizes[1] < 0.8 * sizes[0]
     report = json.loads((small / "sizes.json").read_text())
     assert report["trials"][-1]["expected_error"] <= 5
-    assert sampling == {"sampler_width": 16, "sampler_couplings": 2, "fast_map_width": 16}
+    assert others == {
+        "transparency_width": 8, "transparency_finest": 12, "sampler_width": 16,
+        "fast_map_width": 16,
+    }  # fmt: skip
     assert RunDirectory.open(small).networks().sampler.flow is not None
     figures = [json.loads((path / "metrics.json").read_text()) for path in (run, small)]
     np.testing.assert_allclose(figures[1]["student_flux"], figures[0]["student_flux"], rtol=0.02)

@@ -20,12 +20,13 @@ class FastMap(nn.Module):
     With `fast_map_one_hot`, as in the paper, the network's input is [encoding(point), one-hot
     channel], and it is evaluated once a channel; otherwise one evaluation gives all channels,
     for a third of the work. A gain per channel closes the power that the map sends to points all
-    around (`close_power`).
+    around, and no cell is brighter than any it learned from (`close_power`).
     """
 
     channels: Tensor
     gain: Tensor
     scale: Tensor
+    ceiling: Tensor
 
     def __init__(self, description: Description, preset: Preset) -> None:
         super().__init__()
@@ -38,6 +39,7 @@ class FastMap(nn.Module):
         present = torch.tensor(description.channels, dtype=torch.float32)
         self.register_buffer("channels", present, persistent=False)
         self.register_buffer("gain", torch.ones(3))
+        self.register_buffer("ceiling", torch.tensor(MAX_LOG))
 
     def raw(self, point: Tensor) -> Tensor:
         """log1p(radiance / scale) before clipping: [N, 3] -> [N, 256, 3]."""
@@ -54,7 +56,7 @@ class FastMap(nn.Module):
 
     def forward(self, point: Tensor) -> Tensor:
         """Radiance map in W/(m² sr): [N, 3] -> [N, 16, 16, 3]."""
-        log = self.raw(point).clamp(0, MAX_LOG)
+        log = torch.minimum(self.raw(point).clamp(min=0), self.ceiling)
         radiance = torch.expm1(log) * (self.scale * self.gain * self.channels)
         return radiance.view(-1, SIZE, SIZE, 3)
 
@@ -71,7 +73,10 @@ class FastMap(nn.Module):
 
     @torch.no_grad()
     def close_power(self, point: Tensor, radiance: Tensor) -> None:
-        """Set the gain so that the maps' sum over `point` equals that of the samples."""
+        """Set ceiling and gain: to the brightest sample, and so that sums over `point` agree."""
+        scaled = radiance[..., self.channels.bool()] / self.scale[self.channels.bool()]
+        if scaled.numel():
+            self.ceiling.copy_(torch.log1p(scaled.max()).clamp(max=MAX_LOG))
         total = torch.stack([self(part).sum((0, 1, 2)) for part in point.split(1024)]).sum(0)
         true = radiance.sum((0, 1))
         self.gain *= torch.where(total > 0, true / total, torch.ones_like(total))

@@ -22,10 +22,14 @@ class Student(SurfaceNetwork):
     the logarithm of the radiance). s is the mean exitant radiance of the channel, so that the
     network learns a quantity near one whatever the lamp's power; g is a gain per channel that
     closes the flux. Channels that carry no flux give exactly zero.
+
+    A trained student says y <= `ceiling`: the exponential of what a network makes of rays it never
+    met has no bound of its own (`evaluation.set_ceiling`).
     """
 
     scale: Tensor
     gain: Tensor
+    ceiling: Tensor
     channels: Tensor
 
     def __init__(self, description: Description, preset: Preset) -> None:
@@ -35,6 +39,7 @@ class Student(SurfaceNetwork):
         self.link = preset.student_link
         self.register_buffer("scale", torch.tensor(description.channel_scale), persistent=False)
         self.register_buffer("gain", torch.ones(3))
+        self.register_buffer("ceiling", torch.tensor(MAX_LOG))
         present = torch.tensor(description.channels, dtype=torch.float32)
         self.register_buffer("channels", present, persistent=False)
 
@@ -45,7 +50,8 @@ class Student(SurfaceNetwork):
 
     def forward(self, position: Tensor, normal: Tensor, outgoing: Tensor) -> Tensor:
         """Radiance in W/(m² sr) per channel: three of [N, 3] -> [N, 3]."""
-        raw = self.raw(position, normal, outgoing).clamp(self.least_log, MAX_LOG)
+        raw = self.raw(position, normal, outgoing).clamp(min=self.least_log)
+        raw = torch.minimum(raw, self.ceiling)
         unit = torch.exp(raw) if self.link == "log" else torch.expm1(raw)
         return unit * (self.scale * self.gain * self.channels)
 

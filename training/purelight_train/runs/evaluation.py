@@ -13,13 +13,14 @@ from purelight_train.learning.cap_samples import Radiance
 from purelight_train.learning.flux_closure import surface_flux
 from purelight_train.light.exit_records import ExitRecords
 from purelight_train.light.exit_surface import ExitSurface
-from purelight_train.networks.student import Student
+from purelight_train.networks.student import MAX_LOG, Student
 from purelight_train.runs import preview
 from purelight_train.runs.run_directory import RunDirectory
 
 Float = NDArray[np.float32]
 BATCH = 1 << 15
 FLUX_SAMPLES = 1 << 20
+BRIGHTER, HEADROOM = 1e-4, 2.0
 
 
 def as_function(network: nn.Module, device: torch.device) -> Radiance:
@@ -35,6 +36,25 @@ def as_function(network: nn.Module, device: torch.device) -> Radiance:
         return result
 
     return evaluate
+
+
+def set_ceiling(student: Student, radiance: Radiance, held_out: ExitRecords) -> None:
+    """Bound the student by `HEADROOM` times the radiance of held-out light.
+
+    Light comes from places in proportion to their radiance, so it has seen the brightest there is;
+    what is left of it, the part `BRIGHTER`, may be the student's own error.
+    """
+    present = student.channels.bool().cpu()
+    if not present.any():
+        return
+    value = radiance(held_out.position, held_out.normal, held_out.direction)
+    unit = (value / (student.scale * student.gain).cpu().numpy())[:, present].max(1)
+    power = held_out.weight.sum(1, dtype=np.float64)
+    order = np.argsort(unit)
+    index = np.searchsorted(np.cumsum(power[order]), (1 - BRIGHTER) * power.sum())
+    bound = HEADROOM * float(unit[order[min(index, len(order) - 1)]])
+    log = np.log(bound) if student.link == "log" else np.log1p(bound)
+    student.ceiling.fill_(float(np.clip(log, student.least_log, MAX_LOG)))
 
 
 def close_flux(

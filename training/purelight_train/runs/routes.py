@@ -17,7 +17,7 @@ from purelight_train.learning.training_sets import distillation_set
 from purelight_train.light.positional_density import PositionalDensity
 from purelight_train.networks.student import Student
 from purelight_train.presets import Optimisation, Preset
-from purelight_train.runs.evaluation import as_function, close_flux, held_out_gain
+from purelight_train.runs.evaluation import as_function, close_flux, held_out_gain, set_ceiling
 from purelight_train.runs.stages import STAGES, Loss, Stages, rows
 from purelight_train.runs.traced_lamp import TracedLamp
 
@@ -62,6 +62,7 @@ class Route:
 
     def _close(self, student: Student) -> None:
         radiance = as_function(student, self.stages.device)
+        set_ceiling(student, radiance, self.lamp.held_out)
         flux, rng = self.lamp.description.flux, self.stages.rng("student", 1)
         close_flux(student, radiance, self.lamp.surface, flux, rng)
 

@@ -123,8 +123,17 @@ class RunDirectory:
         self.save_tensors(self.tensor_file(name), module.state_dict())
 
     def load(self, name: str, module: nn.Module) -> None:
-        """Load a trained network's tensors into `module`."""
-        module.load_state_dict(load_file(self.tensor_file(name)))
+        """Load a trained network's tensors into `module`.
+
+        Raises:
+            PureLightError: they are another network's.
+        """
+        try:
+            module.load_state_dict(load_file(self.tensor_file(name)))
+        except RuntimeError:
+            raise PureLightError(
+                f"{self.tensor_file(name)}: made by another version; train again"
+            ) from None
         module.eval()
 
     @staticmethod

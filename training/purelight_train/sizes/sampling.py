@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import numpy as np
 import torch
@@ -116,12 +116,3 @@ class SamplerSizes:
 def narrower(width: int) -> Iterator[int]:
     """Widths to try, from the narrowest."""
     return (w for w in WIDTHS if w < width)
-
-
-def widths(preset: Preset) -> dict[str, Any]:
-    """What was found, for people."""
-    return {
-        "sampler_width": preset.sampler_flow.network.width,
-        "sampler_couplings": preset.sampler_flow.couplings,
-        "fast_map_width": preset.fast_map_network.width,
-    }

@@ -1,15 +1,20 @@
-"""Sizes of students: ordered, counted right, no larger than the surface can use."""
+"""Sizes of networks: ordered, counted right, no larger than the surface can use."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+import torch
 
 from purelight_format.geometry import BoundingSphere
 from purelight_train.light.description import Description
 from purelight_train.networks.student import Student
+from purelight_train.networks.transparency import Transparency
 from purelight_train.presets import DRAFT, STANDARD, Preset
-from purelight_train.runs.size_ladder import ladder, touched
+from purelight_train.sizes.ladder import SHARES, ladder, part_of, touched, unit_points
+from purelight_train.sizes.transparency import difference
 
 LAMP = Description(
     BoundingSphere((0.0, 0.0, 0.0), 1.0), (1.0, 1.0, 1.0), (0.0, 0.0, 0.0), 1.0,
@@ -49,3 +54,25 @@ def test_ladder_climbs_to_the_preset(base: Preset, anchor: bool) -> None:
         layers = [m.weight.numel() for m in student.network if hasattr(m, "weight")]
         assert rung.macs == sum(layers)
         assert rung.preset.student_grid.table_size <= preset.student_grid.table_size
+
+
+@pytest.mark.parametrize("base", [DRAFT, STANDARD])
+def test_transparencies_grow_to_the_preset(base: Preset) -> None:
+    unit = unit_points(Disk(), np.random.default_rng(0))  # type: ignore[arg-type]
+    parts = [part_of(base.transparency_grid, base.transparency_network, s, unit) for s in SHARES]
+    presets = [replace(base, transparency_grid=g, transparency_network=n) for g, n in parts]
+    weights = [sum(p.numel() for p in Transparency(LAMP, p).parameters()) for p in presets]
+    assert weights == sorted(weights)
+    assert weights[0] < 0.1 * weights[-1]
+    assert parts[-1][1] == base.transparency_network
+    assert parts[-1][0].finest == base.transparency_grid.finest
+
+
+def test_difference_is_the_part_of_light_let_through_elsewhere() -> None:
+    """Against itself nothing; against twice as much, a half."""
+    network = Transparency(LAMP, DRAFT)
+    rays = torch.randn(3, 64, 3)
+    rays /= rays.norm(dim=-1, keepdim=True)
+    own = network(*rays).detach()
+    assert difference(network, (*rays, own)) == 0
+    assert difference(network, (*rays, 2 * own)) == pytest.approx(0.5, rel=1e-5)

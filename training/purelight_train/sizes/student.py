@@ -1,17 +1,14 @@
-"""Right size: the smallest networks that are as near to a run's own as one asks.
+"""Right size of the student: the smallest that is as near to the run's own as one asks.
 
 Students of growing size learn the run's student, which is quick: it can be asked anywhere, without
 noise. Each is trained for a part of the steps, its error read twice and extrapolated; the smallest
-that will reach the target is then trained in full. Sampler and fast map follow (`sampler_size`).
+that will reach the target is then trained in full.
 """
 
 from __future__ import annotations
 
-import shutil
-import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -19,22 +16,18 @@ import torch
 from torch import Tensor
 
 from purelight_format.errors import PureLightError
-from purelight_train.learning.photon_batches import reference_rays
+from purelight_train.learning.training_sets import answers
 from purelight_train.networks.student import Student, shaken
 from purelight_train.presets import Optimisation
-from purelight_train.runs.evaluation import as_function, close_flux, fidelity
-from purelight_train.runs.pipeline import reopen
-from purelight_train.runs.run_directory import RunDirectory
-from purelight_train.runs.sampler_size import SamplerSizes, widths
-from purelight_train.runs.size_ladder import Rung, ladder
+from purelight_train.runs.evaluation import as_function, close_flux
 from purelight_train.runs.stages import Stages, rows
 from purelight_train.runs.traced_lamp import TracedLamp
+from purelight_train.sizes.ladder import Rung, ladder
 
 FLOOR = 0.01  # of the mean radiance, as in `truth.metrics.mape`
 LINES, HELD_OUT_LINES = 1 << 21, 1 << 17
 FULL = Optimisation(4000, 1 << 13, 1e-2)
 TRIAL = 400
-OF_THE_LARGER = ("report.html", "previews", "checkpoints")  # It shows other networks.
 Rays = tuple[Tensor, ...]
 
 
@@ -72,7 +65,7 @@ class Trial:
 
 
 @dataclass
-class SizeSearch:
+class StudentSize:
     """Search for one lamp.
 
     Arguments:
@@ -90,12 +83,8 @@ class SizeSearch:
     def _rays(self, lines: int, part: int) -> Rays:
         """Position, normal, outgoing and the reference's radiance of uniform rays."""
         rng = self.stages.rng("student", 2 + part)
-        *arrays, _ = reference_rays(self.lamp.surface, lines, rng)
-        rays = self.stages.tensors(*arrays)
-        with torch.no_grad():
-            parts = zip(*(t.split(1 << 15) for t in rays), strict=True)
-            radiance = torch.cat([self.reference(*part) for part in parts])
-        return (*rays, radiance)
+        radiance = as_function(self.reference, self.stages.device)
+        return self.stages.tensors(*answers(radiance, self.lamp.surface, lines, rng))
 
     def error(self, student: Student) -> float:
         """MAPE against the reference over rays no student learns from, channels present."""
@@ -116,6 +105,8 @@ class SizeSearch:
     def train(self, rung: Rung, steps: int) -> Student:
         """A student of a size after `steps` steps."""
         student = self.stages.build("student", Student, self.lamp.description, rung.preset)
+        own = self.reference.ceiling + torch.log(self.reference.gain.max())
+        student.ceiling.copy_(own)
         settings = replace(FULL, steps=steps)
 
         def batch_loss(rng: np.random.Generator) -> Tensor:
@@ -154,40 +145,6 @@ class SizeSearch:
             f"no size reaches an error of {target:g}; the best expected is {best:.3g}, so give a "
             "larger --target-error"
         )
-
-
-def right_size(
-    run_path: Path, output: Path, target: float, device: str
-) -> tuple[list[Trial], dict[str, Any]]:
-    """Write a run directory like `run_path` with the smallest networks that reach `target`.
-
-    Returns:
-        What was tried for the student, and the sizes of sampler and fast map.
-
-    Raises:
-        PureLightError: `run_path` is no finished run, `output` exists, or no size is enough.
-    """
-    run = RunDirectory.open(run_path)
-    if output.exists():
-        raise PureLightError(f"{output}: exists already; choose another --output")
-    training = reopen(run, Path(run.config["luminaire"]), device)
-    student, rung, trials = SizeSearch(training.lamp, training.student, training.stages)(target)
-    figures = fidelity(
-        as_function(student, training.stages.device), training.lamp.surface,
-        training.lamp.held_out, training.stages.rng("metrics"),
-    )  # fmt: skip
-    preset, sampler, fast_map = SamplerSizes(training, target)(rung.preset)
-    with tempfile.TemporaryDirectory(dir=output.parent, prefix=f".{output.name}") as folder:
-        made = RunDirectory(Path(folder) / "run")
-        shutil.copytree(run.path, made.path, ignore=shutil.ignore_patterns(*OF_THE_LARGER))
-        made.write_json("config.json", run.config | {"preset": preset.to_dict()})
-        made.write_json("metrics.json", run.read_json("metrics.json") | figures)
-        tried = [trial.to_dict() for trial in trials]
-        made.write_json("sizes.json", {"target": target, "trials": tried, **widths(preset)})
-        for name, module in (("student", student), ("sampler", sampler), ("fast_map", fast_map)):
-            made.save(name, module, run.read_json(f"networks/{name}.json"))
-        made.path.rename(output)
-    return trials, widths(preset)
 
 
 def table(trials: Sequence[Trial]) -> str:

@@ -1,10 +1,11 @@
-"""Sizes of a student from small to large, each no larger than the lamp can use."""
+"""Sizes of student and transparency from small to large, each no larger than the lamp can use."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from purelight_train.light.exit_surface import ExitSurface
 from purelight_train.networks.encodings import GridEncoding
@@ -13,6 +14,7 @@ from purelight_train.presets import GridSize, MLPSize, Preset
 
 SHARES = (1 / 8, 1 / 4, 3 / 8, 1 / 2, 3 / 4, 1.0)
 SURFACE_SAMPLES = 1 << 18
+Unit = NDArray[np.float64]
 CORNERS = np.array([[k & 1, k >> 1 & 1, k >> 2] for k in range(8)])
 
 
@@ -34,32 +36,46 @@ class Rung:
 def ladder(preset: Preset, surface: ExitSurface, rng: np.random.Generator) -> list[Rung]:
     """Students of growing width and resolution, up to that of the preset, with the link `log`.
 
-    A grid over the surface gets a table that holds the vertices the surface touches at the finest
-    level, and no more; one over anchors keeps the preset's share.
+    One grid over anchors keeps the preset's share of its table.
     """
-    position, _ = surface.sample(SURFACE_SAMPLES, rng)
-    sphere = surface.sphere
-    unit = (position - np.asarray(sphere.center)) * (0.5 / sphere.radius) + 0.5
+    unit = unit_points(surface, rng)
     rungs = [_rung(preset, share, unit) for share in SHARES]
     return sorted(set(rungs), key=lambda rung: (rung.macs, rung.weights))
 
 
-def touched(unit: np.ndarray, resolution: int) -> int:
+def unit_points(surface: ExitSurface, rng: np.random.Generator) -> Unit:
+    """Points of the surface in the unit cube of the grids: [N, 3]."""
+    position, _ = surface.sample(SURFACE_SAMPLES, rng)
+    sphere = surface.sphere
+    return (position - np.asarray(sphere.center)) * (0.5 / sphere.radius) + 0.5
+
+
+def part_of(grid: GridSize, network: MLPSize, share: float, unit: Unit) -> tuple[GridSize, MLPSize]:
+    """A share of the size of a network on the surface.
+
+    Its grid gets a table that holds the vertices the surface touches at the finest level, and no
+    more.
+    """
+    coarse = _coarser(grid, share)
+    table_size = min(coarse.table_size, _power_of_two(touched(unit, coarse.finest)))
+    width = max(8, 8 * round(network.width * share / 8))
+    depth = network.depth if share > 0.5 else max(1, network.depth - 1)
+    return replace(coarse, table_size=table_size), MLPSize(width, depth)
+
+
+def touched(unit: Unit, resolution: int) -> int:
     """Vertices of a grid over the unit cube that interpolate some of the points [N, 3]."""
     low = np.minimum(np.floor(unit * resolution), resolution - 1).astype(np.int64)
     vertex = np.unique(low, axis=0)[:, None] + CORNERS
     return len(np.unique(vertex.reshape(-1, 3), axis=0))
 
 
-def _rung(preset: Preset, share: float, unit: np.ndarray) -> Rung:
-    network = preset.student_network
-    width = max(8, 8 * round(network.width * share / 8))
-    depth = network.depth if share > 0.5 else max(1, network.depth - 1)
-    grid = _coarser(preset.student_grid, share)
-    grid = replace(grid, table_size=min(grid.table_size, _power_of_two(touched(unit, grid.finest))))
+def _rung(preset: Preset, share: float, unit: Unit) -> Rung:
+    grid, network = part_of(preset.student_grid, preset.student_network, share, unit)
+    width, depth = network.width, network.depth
     anchor = None if preset.anchor_grid is None else _coarser(preset.anchor_grid, share)
     sized = replace(
-        preset, student_grid=grid, anchor_grid=anchor, student_network=MLPSize(width, depth),
+        preset, student_grid=grid, anchor_grid=anchor, student_network=network,
         student_link="log",
     )  # fmt: skip
     inputs = 2 * DEGREE**2 + sum(g.levels * g.features for g in (grid, anchor) if g is not None)

@@ -1,0 +1,1 @@
+"""Right size: the smallest networks that a lamp needs."""

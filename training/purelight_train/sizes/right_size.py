@@ -1,0 +1,70 @@
+"""Right size: a run like another with the smallest networks that are as near to its own as asked.
+
+Every network is sized against the run's own, which can be asked anywhere, without noise.
+"""
+
+from __future__ import annotations
+
+import shutil
+import tempfile
+from pathlib import Path
+
+from purelight_format.errors import PureLightError
+from purelight_train.presets import Preset
+from purelight_train.runs.evaluation import as_function, fidelity
+from purelight_train.runs.pipeline import reopen
+from purelight_train.runs.run_directory import RunDirectory
+from purelight_train.sizes.sampling import SamplerSizes
+from purelight_train.sizes.student import StudentSize, Trial
+from purelight_train.sizes.transparency import TransparencySize
+
+OF_THE_LARGER = ("report.html", "previews", "checkpoints")  # It shows other networks.
+
+
+def right_size(
+    run_path: Path, output: Path, target: float, device: str
+) -> tuple[list[Trial], dict[str, int]]:
+    """Write a run directory like `run_path` with the smallest networks that reach `target`.
+
+    Returns:
+        What was tried for the student, and the sizes of the other networks.
+
+    Raises:
+        PureLightError: `run_path` is no finished run, `output` exists, or no size is enough.
+    """
+    run = RunDirectory.open(run_path)
+    if output.exists():
+        raise PureLightError(f"{output}: exists already; choose another --output")
+    training = reopen(run, Path(run.config["luminaire"]), device)
+    student, rung, trials = StudentSize(training.lamp, training.student, training.stages)(target)
+    figures = fidelity(
+        as_function(student, training.stages.device), training.lamp.surface,
+        training.lamp.held_out, training.stages.rng("metrics"),
+    )  # fmt: skip
+    preset, transparency = TransparencySize(training, target)(rung.preset)
+    preset, sampler, fast_map = SamplerSizes(training, target)(preset)
+    networks = {
+        "student": student, "transparency": transparency, "sampler": sampler, "fast_map": fast_map
+    }  # fmt: skip
+    with tempfile.TemporaryDirectory(dir=output.parent, prefix=f".{output.name}") as folder:
+        made = RunDirectory(Path(folder) / "run")
+        shutil.copytree(run.path, made.path, ignore=shutil.ignore_patterns(*OF_THE_LARGER))
+        made.write_json("config.json", run.config | {"preset": preset.to_dict()})
+        made.write_json("metrics.json", run.read_json("metrics.json") | figures)
+        tried = [trial.to_dict() for trial in trials]
+        made.write_json("sizes.json", {"target": target, "trials": tried, **sizes(preset)})
+        for name, module in networks.items():
+            if module is not None:
+                made.save(name, module, run.read_json(f"networks/{name}.json"))
+        made.path.rename(output)
+    return trials, sizes(preset)
+
+
+def sizes(preset: Preset) -> dict[str, int]:
+    """What was found for the networks besides the student, for people."""
+    return {
+        "transparency_width": preset.transparency_network.width,
+        "transparency_finest": preset.transparency_grid.finest,
+        "sampler_width": preset.sampler_flow.network.width,
+        "fast_map_width": preset.fast_map_network.width,
+    }
