@@ -169,8 +169,8 @@ DRAFT = Preset(
 
 STANDARD = Preset(
     name="standard",
-    paths=48 << 20,
-    density_neighbours=600,
+    paths=24 << 20,
+    density_neighbours=400,
     teacher_grid=GridSize(8, 4, 8, 256, 1 << 16),
     teacher_flow=FlowSize(4, MLPSize(96, 2), 24),
     teacher=Optimisation(3000, 1 << 13, 4e-3),
