@@ -56,6 +56,7 @@ class Preset:
         fresh_records: generate records during optimisation, each used once, as the paper does.
         cap_points: shading points that sampler and fast map learn from; with too few of them a
             small bright filament is learned by heart.
+        transparency_samples: lines through the lamp; with too few of them their noise is learned.
         fast_map_one_hot: evaluate the fast map's network channel by channel (`fast_map`).
         photons: optimisation of the student on the route `photons`; its batch counts photons.
         photon_loss: `logistic` or `poisson` (`photon_loss`).
@@ -153,7 +154,7 @@ DRAFT = Preset(
     student_grid=GridSize(8, 4, 8, 128, 1 << 15),
     student_network=MLPSize(64, 3),
     student=Optimisation(2000, 1 << 14, 5e-3),
-    transparency_samples=1 << 20,
+    transparency_samples=1 << 22,
     transparency_grid=GridSize(6, 2, 8, 64, 1 << 14),
     transparency_network=MLPSize(32, 2),
     transparency=Optimisation(800, 1 << 14, 5e-3),
@@ -178,7 +179,7 @@ STANDARD = Preset(
     student_grid=GridSize(10, 4, 8, 512, 1 << 17),
     student_network=MLPSize(128, 4),
     student=Optimisation(10_000, 1 << 13, 5e-3),
-    transparency_samples=1 << 22,
+    transparency_samples=1 << 24,
     transparency_grid=GridSize(8, 2, 8, 128, 1 << 16),
     transparency_network=MLPSize(64, 3),
     transparency=Optimisation(2000, 1 << 14, 3e-3),

@@ -14,7 +14,7 @@ from purelight_train.networks.student import Student
 from purelight_train.networks.transparency import Transparency
 from purelight_train.presets import DRAFT, STANDARD, Preset
 from purelight_train.sizes.ladder import SHARES, ladder, part_of, touched, unit_points
-from purelight_train.sizes.transparency import difference
+from purelight_train.sizes.transparency import square_error
 
 LAMP = Description(
     BoundingSphere((0.0, 0.0, 0.0), 1.0), (1.0, 1.0, 1.0), (0.0, 0.0, 0.0), 1.0,
@@ -68,11 +68,13 @@ def test_transparencies_grow_to_the_preset(base: Preset) -> None:
     assert parts[-1][0].finest == base.transparency_grid.finest
 
 
-def test_difference_is_the_part_of_light_let_through_elsewhere() -> None:
-    """Against itself nothing; against twice as much, a half."""
+def test_transparency_that_learned_noise_makes_way_for_a_smaller_one() -> None:
+    """The square error tells a network that is right from one that is as large but wrong."""
     network = Transparency(LAMP, DRAFT)
-    rays = torch.randn(3, 64, 3)
+    rays = torch.randn(3, 4096, 3)
     rays /= rays.norm(dim=-1, keepdim=True)
-    own = network(*rays).detach()
-    assert difference(network, (*rays, own)) == 0
-    assert difference(network, (*rays, 2 * own)) == pytest.approx(0.5, rel=1e-5)
+    throughput = torch.bernoulli(network(*rays).detach())
+    right = square_error(network, (*rays, throughput))
+    with torch.no_grad():
+        network.network[-1].bias.add_(1.0)
+    assert right < 0.26 < square_error(network, (*rays, throughput))

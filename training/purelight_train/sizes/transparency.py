@@ -1,4 +1,4 @@
-"""Right size of the transparency: the smallest that lets through what the run's own does."""
+"""Right size of the transparency: the smallest that predicts as well what comes through."""
 
 from __future__ import annotations
 
@@ -8,24 +8,24 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from purelight_train.learning.training_sets import answers
+from purelight_train.learning.training_sets import throughput_set
 from purelight_train.networks.transparency import Transparency
 from purelight_train.presets import Optimisation, Preset
-from purelight_train.runs.evaluation import as_function
 from purelight_train.runs.pipeline import Training
 from purelight_train.runs.stages import rows
 from purelight_train.sizes.ladder import SHARES, part_of, unit_points
 
-LINES, HELD_OUT_LINES = 1 << 20, 1 << 16
+LINES, HELD_OUT_LINES = 1 << 21, 1 << 18
 TRAINING = Optimisation(1500, 1 << 13, 1e-2)
 
 
 @dataclass
 class TransparencySize:
-    """Search for one finished run, whose own transparency is what all candidates learn.
+    """Search for one finished run.
 
-    A candidate is near enough if over uniform rays that none learned it differs by less than
-    `target` times the mean transmittance: that much light comes through at the wrong place.
+    Candidates learn lines through the lamp itself: the run's own transparency has learned some of
+    the noise of rough glass by heart, which a smaller one cannot and need not. A candidate is near
+    enough if its square error over lines that neither learned is larger by less than `target`.
     """
 
     training: Training
@@ -35,19 +35,21 @@ class TransparencySize:
         """The smallest transparency, or the run's own, and the preset with its size."""
         if not self.training.stages.run.finished("transparency"):
             return preset, None
-        data, held_out = self._rays(LINES, 1), self._rays(HELD_OUT_LINES, 2)
+        own = self.training.transparency
+        assert own is not None
+        data, held_out = self._lines(LINES, 1), self._lines(HELD_OUT_LINES, 2)
+        bound = square_error(own, held_out) * (1 + self.target)
         for sized in self._sizes(preset):
             network = self._train(sized, data)
-            if difference(network, held_out) <= self.target:
+            if square_error(network, held_out) <= bound:
                 return sized, network
-        return preset, self.training.transparency
+        return preset, own
 
-    def _rays(self, lines: int, part: int) -> tuple[Tensor, ...]:
-        """Position, normal, outgoing and transmittance of uniform rays."""
-        stages, own = self.training.stages, self.training.transparency
-        assert own is not None
-        transmittance, rng = as_function(own, stages.device), stages.rng("transparency", part)
-        return stages.tensors(*answers(transmittance, self.training.lamp.surface, lines, rng))
+    def _lines(self, lines: int, part: int) -> tuple[Tensor, ...]:
+        """Position, normal, outgoing and a random throughput of lines through the lamp."""
+        stages, luminaire = self.training.stages, self.training.lamp.luminaire
+        rng = stages.rng("transparency", part)
+        return stages.tensors(*throughput_set(luminaire, lines, rng, stages.seed + 50 + part))
 
     def _sizes(self, preset: Preset) -> list[Preset]:
         """The preset with smaller transparencies, from the smallest."""
@@ -68,7 +70,6 @@ class TransparencySize:
 
 
 @torch.no_grad()
-def difference(network: Transparency, held_out: tuple[Tensor, ...]) -> float:
-    """Mean absolute error over rays, as a part of their mean transmittance."""
-    *rays, true = held_out
-    return float((network(*rays) - true).abs().mean() / true.mean().clamp(min=1e-6))
+def square_error(network: Transparency, held_out: tuple[Tensor, ...]) -> float:
+    """Mean square error of throughputs, their own variance included."""
+    return float(network.loss(*held_out))
