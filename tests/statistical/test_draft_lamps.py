@@ -43,8 +43,9 @@ def test_look_of_the_lamp(subject: Any) -> None:
     """Student and teacher through a thin lens against the light-traced truth, three views."""
     from benchmarks.fidelity import appearance
 
-    figures = appearance(subject, paths=1 << 24)
-    bar = 0.25 if "frosted" in subject.scene.name else 0.8
+    # Light behind clear glass has to be caught, so its truth is noisier
+    bar, paths = (0.25, 1 << 24) if "frosted" in subject.scene.name else (0.8, 1 << 26)
+    figures = appearance(subject, paths=paths)
     student = figures["student_truth"]
     assert student["mape_of_reference"] < 0.15
     assert student["mape_without_noise"] < bar
