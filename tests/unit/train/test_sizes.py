@@ -68,8 +68,9 @@ def test_transparencies_grow_to_the_preset(base: Preset) -> None:
     assert parts[-1][0].finest == base.transparency_grid.finest
 
 
-def test_transparency_that_learned_noise_makes_way_for_a_smaller_one() -> None:
-    """The square error tells a network that is right from one that is as large but wrong."""
+def test_square_error_tells_right_from_wrong_through_noise() -> None:
+    """One random throughput a line is enough to prefer the network that is its mean."""
+    torch.manual_seed(0)
     network = Transparency(LAMP, DRAFT)
     rays = torch.randn(3, 4096, 3)
     rays /= rays.norm(dim=-1, keepdim=True)
@@ -77,4 +78,4 @@ def test_transparency_that_learned_noise_makes_way_for_a_smaller_one() -> None:
     right = square_error(network, (*rays, throughput))
     with torch.no_grad():
         network.network[-1].bias.add_(1.0)
-    assert right < 0.26 < square_error(network, (*rays, throughput))
+    assert right < square_error(network, (*rays, throughput)) - 0.02

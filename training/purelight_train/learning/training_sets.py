@@ -1,4 +1,4 @@
-"""What student, transparency and sampler, and smaller ones of their kind, are trained on."""
+"""What student, transparency and sampler are trained on."""
 
 from __future__ import annotations
 
@@ -7,8 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from purelight_train.learning.cap_samples import CapSamples, Radiance
-from purelight_train.learning.photon_batches import reference_rays
+from purelight_train.learning.cap_samples import CapSamples
 from purelight_train.learning.teacher import Teacher
 from purelight_train.light.exit_surface import ExitSurface, inward_rays
 from purelight_train.light.luminaire import Luminaire
@@ -64,18 +63,6 @@ def throughput_set(
     origin, direction = origin[hits.index], direction[hits.index]
     value = straight_throughput(luminaire.scene, origin, direction, seed)
     return hits.position, hits.normal, -direction, value
-
-
-def answers(
-    network: Radiance, surface: ExitSurface, lines: int, rng: np.random.Generator
-) -> SurfaceSet:
-    """Where uniform lines meet the lamp, and what a trained network says there, without noise.
-
-    Returns:
-        position, normal, outgoing and the network's output, each [N, 3].
-    """
-    position, normal, outgoing, _ = reference_rays(surface, lines, rng)
-    return position, normal, outgoing, network(position, normal, outgoing)
 
 
 class SamplerBatches:

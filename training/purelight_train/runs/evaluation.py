@@ -42,7 +42,11 @@ def set_ceiling(student: Student, radiance: Radiance, held_out: ExitRecords) -> 
     """Bound the student by `HEADROOM` times the radiance of held-out light.
 
     Light comes from places in proportion to their radiance, so it has seen the brightest there is;
-    what is left of it, the part `BRIGHTER`, may be the student's own error.
+    the brightest part `BRIGHTER` of its power may be the student's own error and is left out.
+
+    Arguments:
+        radiance: the student's, in W/(m² sr): three of [N, 3] -> [N, 3].
+        held_out: records that it did not learn from, settled on the exit surface.
     """
     present = student.channels.bool().cpu()
     if not present.any():

@@ -1,6 +1,8 @@
 """Right size: a run like another with the smallest networks that are as near to its own as asked.
 
-Every network is sized against the run's own, which can be asked anywhere, without noise.
+Student, sampler and fast map learn the run's student, which can be asked anywhere, without noise;
+the transparency learns from light itself. A smaller network is kept if it does nearly as well as
+the run's own.
 """
 
 from __future__ import annotations

@@ -16,7 +16,7 @@ import torch
 from torch import Tensor
 
 from purelight_format.errors import PureLightError
-from purelight_train.learning.training_sets import answers
+from purelight_train.learning.photon_batches import reference_rays
 from purelight_train.networks.student import Student, shaken
 from purelight_train.presets import Optimisation
 from purelight_train.runs.evaluation import as_function, close_flux
@@ -83,8 +83,9 @@ class StudentSize:
     def _rays(self, lines: int, part: int) -> Rays:
         """Position, normal, outgoing and the reference's radiance of uniform rays."""
         rng = self.stages.rng("student", 2 + part)
+        *rays, _ = reference_rays(self.lamp.surface, lines, rng)
         radiance = as_function(self.reference, self.stages.device)
-        return self.stages.tensors(*answers(radiance, self.lamp.surface, lines, rng))
+        return self.stages.tensors(*rays, radiance(*rays))
 
     def error(self, student: Student) -> float:
         """MAPE against the reference over rays no student learns from, channels present."""
@@ -105,8 +106,8 @@ class StudentSize:
     def train(self, rung: Rung, steps: int) -> Student:
         """A student of a size after `steps` steps."""
         student = self.stages.build("student", Student, self.lamp.description, rung.preset)
-        own = self.reference.ceiling + torch.log(self.reference.gain.max())
-        student.ceiling.copy_(own)
+        # The reference's gain is part of what is learned
+        student.ceiling.copy_(self.reference.ceiling + torch.log(self.reference.gain.max()))
         settings = replace(FULL, steps=steps)
 
         def batch_loss(rng: np.random.Generator) -> Tensor:
