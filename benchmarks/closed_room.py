@@ -7,6 +7,10 @@ are left out. The lamp hangs free, a wall passes through its bounding sphere, or
 With --path-spp, the real lamp is path traced too, and the table says how many times as long that
 takes to the same error: its mean square error falls as 1 / time, so this is the quotient of both
 products of error and time. It is too small where the samples taken missed bright paths.
+
+With --reflectance 0.01 all surfaces reflect a hundredth of what they do, and the picture shows the
+lamp's light alone: what a neural lamp lacks near a white wall besides is what the real one
+reflects of the room's light.
 """
 
 from __future__ import annotations
@@ -26,7 +30,7 @@ import trimesh
 
 from purelight_examples.luminaires.lamp_scene import Part, matt, write_parts, write_xml
 from purelight_examples.scenes.furniture import boxes, wall
-from purelight_examples.scenes.lamp_choice import LampChoice, NeuralLamp, Point, RealLamp
+from purelight_examples.scenes.lamp_choice import LampChoice, NeuralLamp, Point, RealLamp, move
 from purelight_examples.scenes.sensor import Picture, sensor
 from purelight_format import atomic
 from purelight_format.bundle import Bundle
@@ -37,6 +41,7 @@ SIZE = 128
 HALF = (1.2, 1.2, 1.1)  # Of the room, in metres; the origin is its middle.
 RECESS = 0.16  # Half the width of the hole in the ceiling, and its depth.
 CAMERA = (-1.1, -1.1, 0.1)
+LARGER = 300.0
 PASSES = 16
 MOUNTINGS = ("pendant", "wall", "recessed")
 MODES = ("accurate", "fast", "path")
@@ -62,17 +67,32 @@ def mountings(radius: float) -> dict[str, Mounting]:
     }
 
 
-def write_room(folder: Path, name: str, lamp: LampChoice, at: Point, target: Point) -> Path:
-    """The room with the lamp's frame at a point; returns its XML."""
+def write_room(
+    folder: Path, name: str, lamp: LampChoice, at: Point, target: Point, reflectance: float = 1.0
+) -> Path:
+    """The room with the lamp's frame at a point, its surfaces dimmed by a factor; its XML.
+
+    The lamp is brought to the origin, and all is enlarged: Mitsuba lifts rays off surfaces by
+    9e-5 (1 + |coordinate|), which a metre away from the origin is a tenth of a millimetre, and gave
+    a lamp with thin wires 1.6 % too much light. Radiance does not change.
+    """
     scene = ET.Element("scene", version="3.0.0")
     scene.append(lamp.integrator())
-    scene.append(sensor(Picture(SIZE, SIZE), CAMERA, target, 70))
-    scene.extend(write_parts(folder, "closed", _parts()))
-    scene.extend(lamp.elements(folder, at))
+    eye, aim = (_enlarged(point, at) for point in (CAMERA, target))
+    scene.append(sensor(Picture(SIZE, SIZE), eye, aim, 70))
+    things = [*write_parts(folder, "closed", _parts(reflectance)), *lamp.elements(folder, at)]
+    for thing in things:
+        move(thing, (-at[0], -at[1], -at[2]), LARGER)
+    scene.extend(things)
     return write_xml(folder / f"{name}.xml", scene)
 
 
-def _parts() -> list[Part]:
+def _enlarged(point: Point, origin: Point) -> Point:
+    x, y, z = (LARGER * (a - b) for a, b in zip(point, origin, strict=True))
+    return x, y, z
+
+
+def _parts(reflectance: float) -> list[Part]:
     x, y, z = HALF
     side, deep = RECESS, z + 2 * RECESS
     beam = (x - side) / 2
@@ -88,11 +108,15 @@ def _parts() -> list[Part]:
         wall((0, y, 0), -2, (z, x)), wall((0, -y, 0), 2, (z, x)),
     ]  # fmt: skip
     furniture = [((0.4, 0.5, -0.85), (0.5, 0.4, 0.5)), ((0.95, -0.4, -0.7), (0.3, 0.3, 0.8))]
+    meshes = {
+        "ceiling": (trimesh.util.concatenate(ceiling), (0.75, 0.75, 0.75)),
+        "walls": (trimesh.util.concatenate(walls), (0.6, 0.5, 0.4)),
+        "floor": (wall((0, 0, -z), 3, (x, y)), (0.3, 0.25, 0.2)),
+        "boxes": (boxes(furniture), (0.3, 0.4, 0.55)),
+    }
     return [
-        matt("ceiling", trimesh.util.concatenate(ceiling), (0.75, 0.75, 0.75)),
-        matt("walls", trimesh.util.concatenate(walls), (0.6, 0.5, 0.4)),
-        matt("floor", wall((0, 0, -z), 3, (x, y)), (0.3, 0.25, 0.2)),
-        matt("boxes", boxes(furniture), (0.3, 0.4, 0.55)),
+        matt(name, mesh, (reflectance * r, reflectance * g, reflectance * b))
+        for name, (mesh, (r, g, b)) in meshes.items()
     ]
 
 
@@ -105,12 +129,20 @@ class Room:
 
     Arguments:
         sphere: The lamp's bounding sphere in its own frame.
+        reflectance: Factor on that of the room's surfaces.
     """
 
     name: str
     mounting: Mounting
     sphere: BoundingSphere
     folder: Path
+    reflectance: float = 1.0
+
+    @property
+    def at(self) -> Point:
+        """Where the origin of the lamp's frame is."""
+        x, y, z = np.subtract(self.mounting.centre, self.sphere.center).tolist()
+        return x, y, z
 
     def picture(self, label: str, lamp: LampChoice, spp: int) -> tuple[Any, float]:
         """A rendering with its halves, and seconds without compilation."""
@@ -118,8 +150,8 @@ class Room:
 
         from purelight_train.truth.picture import Passes
 
-        at = tuple(np.subtract(self.mounting.centre, self.sphere.center).tolist())
-        path = write_room(self.folder, f"{self.name}-{label}", lamp, at, self.mounting.target)
+        name = f"{self.name}-{label}"
+        path = write_room(self.folder, name, lamp, self.at, self.mounting.target, self.reflectance)
         scene, passes = mi.load_file(str(path)), Passes()
         mi.render(scene, spp=1)
         start = time.perf_counter()
@@ -133,18 +165,19 @@ class Room:
         import mitsuba as mi
 
         empty = RealLamp(write_xml(self.folder / "empty.xml", ET.Element("scene")))
-        path = write_room(self.folder, "geometry", empty, (0, 0, 0), self.mounting.target)
+        path = write_room(self.folder, "geometry", empty, self.at, self.mounting.target)
         scene = mi.load_file(str(path))
         grid = (np.stack(np.meshgrid(*2 * [np.arange(SIZE)]), -1).reshape(-1, 2) + 0.5) / SIZE
         point = mi.Point2f(np.ascontiguousarray(grid.T, np.float32))
         ray, _ = scene.sensors()[0].sample_ray(0, 0.5, point, 0.5)
         met = np.array(scene.ray_intersect(ray).p, np.float64).T.reshape(SIZE, SIZE, 3)
         origin, direction = (np.array(v, np.float64).T for v in (ray.o, ray.d))
-        toward = np.array(self.mounting.centre) - origin
+        centre = np.array(_enlarged(self.mounting.centre, self.at))
+        toward, radius = centre - origin, LARGER * self.sphere.radius
         along = (toward * direction).sum(1)
         off = np.linalg.norm(toward - along[:, None] * direction, axis=1).reshape(SIZE, SIZE)
-        distance = np.linalg.norm(met - self.mounting.centre, axis=-1) / self.sphere.radius
-        return off > 1.1 * self.sphere.radius, distance
+        distance = np.linalg.norm(met - centre, axis=-1) / radius
+        return off > 1.1 * radius, distance
 
     def measure(self, bundle: Path, real: Path, paths: int, spp: int, path_spp: int) -> Figures:
         """Errors of both modes, and their ratio to the truth ring by ring around the sphere."""
@@ -236,6 +269,7 @@ def main() -> int:
     parser.add_argument("--output", type=Path, default=Path("out/bench"))
     parser.add_argument("--paths", type=int, default=16 << 20, help="of the reference")
     parser.add_argument("--spp", type=int, default=256, help="of the neural lamp")
+    parser.add_argument("--reflectance", type=float, default=1, help="factor on all surfaces'")
     parser.add_argument("--path-spp", type=int, default=0, help="of the real lamp, path traced")
     arguments = parser.parse_args()
     from purelight_mitsuba import use
@@ -249,7 +283,7 @@ def main() -> int:
         for name in arguments.mountings:
             mounting = mountings(sphere.radius)[name]
             print(f"{name} ...", file=sys.stderr, flush=True)
-            room = Room(name, mounting, sphere, folder)
+            room = Room(name, mounting, sphere, folder, arguments.reflectance)
             results[name] = room.measure(
                 arguments.bundle,
                 arguments.lamp,

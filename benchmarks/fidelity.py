@@ -22,7 +22,6 @@ from purelight_format import geometry
 from purelight_format.color import LUMINANCE
 from purelight_onnx.luminaire import Luminaire
 from purelight_train.learning.cap_samples import look, shading_points
-from purelight_train.learning.flux_closure import surface_flux
 from purelight_train.learning.teacher import Teacher
 from purelight_train.light.description import Description
 from purelight_train.light.exit_surface import ExitSurface
@@ -32,22 +31,30 @@ from purelight_train.runs.progress import Bar
 from purelight_train.runs.run_directory import RunDirectory
 from purelight_train.truth.far_field import FarField, interpolate
 from purelight_train.truth.light_traced import light_traced, sharp_share
-from purelight_train.truth.metrics import Comparison
+from purelight_train.truth.metrics import Comparison, Mask
+from purelight_train.truth.picture import Picture
 from purelight_train.truth.plane import Plane, plane_irradiance
 from purelight_train.truth.thin_lens import ThinLens, aperture_for
 from purelight_train.truth.views import field_view, three_views
 
+FLOOR_ALBEDO = 0.01
+CHUNK = 1 << 23  # paths whose records are held at once
 Figures = dict[str, Any]
 Image = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class Subject:
-    """A lamp's scene, the run that learned it, and the bundle that came out."""
+    """A lamp's scene, the run that learned it, and the bundle that came out.
+
+    Arguments:
+        threads: that ONNX Runtime may use.
+    """
 
     scene: Path
     run: Path
     bundle: Path
+    threads: int = 2
 
     @cached_property
     def lamp(self) -> Any:
@@ -59,13 +66,14 @@ class Subject:
 
     @cached_property
     def luminaire(self) -> Luminaire:
-        return Luminaire.open(self.bundle, threads=2)
+        return Luminaire.open(self.bundle, threads=self.threads)
 
     @cached_property
     def surface(self) -> ExitSurface:
+        """The bundle's surface, which does not say what is seen from both sides: all may be."""
         surface = self.luminaire.bundle.surface()
-        one_sided = np.zeros(len(surface.triangles), bool)
-        return ExitSurface(surface.positions, surface.triangles, one_sided)
+        two_sided = np.ones(len(surface.triangles), bool)
+        return ExitSurface(surface.positions, surface.triangles, two_sided)
 
     @cached_property
     def teacher(self) -> Teacher | None:
@@ -79,18 +87,50 @@ class Subject:
         """Radiance through the ONNX runtime."""
         return self.luminaire.radiance(*query).astype(np.float32)
 
+    def transmittance(self, *query: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Transmittance through the ONNX runtime, zero for a lamp that no light passes."""
+        if not self.luminaire.has("transparency"):
+            return np.zeros_like(query[0])
+        return self.luminaire.transmittance(*query).astype(np.float32)
+
 
 def flux(subject: Subject) -> Figures:
-    """Flux of the student over surface and hemisphere, and of the IES file, over the truth."""
-    rng = np.random.default_rng(1)
-    student, error = surface_flux(subject.surface, subject.radiance, 1 << 20, rng)
+    """Flux of the bundle through a sphere around it, and of the IES file, over the truth.
+
+    Channels without light have none.
+    """
+    student, error = sphere_flux(subject, 1 << 20)
     true = np.asarray(subject.description.flux)
+
+    def over(value: NDArray[np.float64]) -> list[float | None]:
+        return [float(v / t) if t > 0 else None for v, t in zip(value, true, strict=True)]
+
     return {
-        "student_over_traced": (student / true).tolist(),
-        "standard_error": (error / true).tolist(),
+        "student_over_traced": over(student),
+        "standard_error": over(error),
         "ies_over_traced": ies_lumens(subject.bundle.with_suffix(".ies"))
         / (683 * true @ LUMINANCE),
     }
+
+
+def sphere_flux(
+    subject: Subject, samples: int, radii: float = 3.0
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    r"""Light through a sphere around the lamp, and its standard error: two of [3] in W.
+
+    :math:`\Phi = \int_A \int L \cos\theta\,d\omega\,dA` over points of the sphere and directions
+    that the bundle's sampler draws: far less noise than points and directions drawn evenly have.
+    """
+    rng, sphere = np.random.default_rng(1), subject.description.sphere
+    outward = rng.normal(size=(samples, 3))
+    outward /= np.linalg.norm(outward, axis=1, keepdims=True)
+    distance = radii * sphere.radius
+    point = (np.asarray(sphere.center) + distance * outward).astype(np.float32)
+    toward, pdf = subject.luminaire.sample(point, rng.random((samples, 2)).astype(np.float32))
+    seen = look(subject.surface, subject.radiance, point, toward.astype(np.float32))
+    cosine = -np.einsum("nd,nd->n", toward, outward)
+    value = 4 * math.pi * distance**2 * seen * (cosine / pdf)[:, None]
+    return value.mean(0), value.std(0) / math.sqrt(samples)
 
 
 def ies_lumens(path: Path) -> float:
@@ -103,64 +143,109 @@ def ies_lumens(path: Path) -> float:
 def irradiance(subject: Subject, spp: int = 1 << 13, paths: int = 1 << 26) -> Figures:
     """Irradiance on a plane 1 m below the lamp: rendered in both modes over light-traced."""
     plane = Plane.below(subject.description.sphere)
-    records = trace_records(subject.lamp, paths, 77)
-    true, noise = plane_irradiance(records, plane)
+    true, noise = traced_plane(subject.lamp, plane, paths, 77)
     figures: Figures = {"truth_noise": float(noise.mean() / true.mean())}
     for mode in ("accurate", "fast"):
-        rendered = plane_render(subject, plane, mode, spp)
-        figures[mode] = {
-            "mean": float(rendered.mean() / true.mean() - 1),
-            "mean_absolute_over_mean": float(np.abs(rendered - true).mean() / true.mean()),
-        }
+        figures[mode] = plane_errors(plane_render(subject, plane, mode, spp), true)
     return figures
 
 
+def traced_plane(scene: Any, plane: Plane, paths: int, seed: int) -> tuple[Image, Image]:
+    """`plane_irradiance` of as many paths as one likes: mean and standard error."""
+    count = -(-paths // CHUNK)
+    means, squares = np.zeros((2, plane.cells, plane.cells, 3))
+    for part in range(count):
+        records = trace_records(scene, min(paths, CHUNK), seed + part)
+        mean, error = plane_irradiance(records, plane)
+        means += mean / count
+        squares += (error / count) ** 2
+    return means, np.sqrt(squares)
+
+
+def plane_errors(rendered: Image, true: Image) -> Figures:
+    """Relative error of the mean irradiance, and mean absolute error of the cells over it."""
+    return {
+        "mean": float(rendered.mean() / true.mean() - 1),
+        "mean_absolute_over_mean": float(np.abs(rendered - true).mean() / true.mean()),
+    }
+
+
 def plane_render(subject: Subject, plane: Plane, mode: str, spp: int) -> Image:
-    """Irradiance on a plane through the integrator `purelight`: [cells, cells, 3] by [y, x].
-
-    An orthographic camera between plane and lamp looks down at a diffuse floor of albedo 1/2; one
-    bounce of light is (1/2) E / pi there.
-    """
-    return (
-        2
-        * math.pi
-        * _floor_radiance(
-            {"type": "purelight", "filename": str(subject.bundle.resolve())},
-            {"type": "purelight", "mode": mode, "max_depth": 2},
-            plane,
-            spp,
-        )
-    )
+    """Irradiance on a plane through the integrator `purelight`: [cells, cells, 3] by [y, x]."""
+    lamp = {"type": "purelight", "filename": str(subject.bundle.resolve())}
+    integrator = {"type": "purelight", "mode": mode, "max_depth": 2}
+    return floor_irradiance({"lamp": lamp}, integrator, plane, spp)
 
 
-def _floor_radiance(
-    lamp: dict[str, Any], integrator: dict[str, Any], plane: Plane, spp: int
+def floor_irradiance(
+    lamp: dict[str, Any], integrator: dict[str, Any], plane: Plane, spp: int, seed: int = 3
 ) -> Image:
-    """Radiance of a diffuse floor of albedo 1/2 under a lamp: [cells, cells, 3] by [y, x]."""
-    centre, half = np.asarray(plane.center), plane.side / 2
-    above = centre + np.array([0, 0, 0.25 * plane.side])
-    view = mi.ScalarTransform4f().look_at(list(above), list(centre), [0, 1, 0])
+    """Direct irradiance on a plane in a rendering: [cells, cells, 3] by [y, x] in W/m².
+
+    A camera between plane and lamp looks down at a diffuse floor, whose radiance is albedo E / pi.
+    It is so dark that what it sends back to a real lamp and gets again does not count.
+
+    Arguments:
+        lamp: objects that make up the lamp.
+    """
+    scene = mi.load_dict({
+        "type": "scene",
+        "integrator": integrator,
+        "sensor": _down(plane),
+        "floor": {
+            "type": "rectangle",
+            "to_world": mi.ScalarTransform4f().translate(list(plane.center)).scale(plane.side),
+            "bsdf": {"type": "diffuse", "reflectance": {"type": "rgb", "value": FLOOR_ALBEDO}},
+        },
+        **lamp,
+    })  # fmt: skip
+    image = np.array(mi.render(scene, spp=spp, seed=seed)).astype(np.float64)[..., :3]
+    return math.pi / FLOOR_ALBEDO * image[::-1]  # rows from the top of the picture, which is +y
+
+
+def _down(plane: Plane) -> dict[str, Any]:
+    """A camera a quarter of a plane's side above it, which the plane fills.
+
+    A pinhole's pictures of planes across its axis are even; light tracers know no orthographic one.
+    """
+    height = 0.25 * plane.side
+    centre = np.asarray(plane.center)
     film = {
         "type": "hdrfilm", "width": plane.cells, "height": plane.cells,
         "rfilter": {"type": "box"}, "pixel_format": "rgb", "component_format": "float32",
     }  # fmt: skip
-    scene = mi.load_dict({
-        "type": "scene",
-        "integrator": integrator,
-        "sensor": {
-            "type": "orthographic",
-            "to_world": view @ mi.ScalarTransform4f().scale([half, half, 1]),
-            "film": film,
-        },
-        "floor": {
-            "type": "rectangle",
-            "to_world": mi.ScalarTransform4f().translate(list(centre)).scale(2 * half),
-            "bsdf": {"type": "diffuse", "reflectance": {"type": "rgb", "value": 0.5}},
-        },
-        "lamp": lamp,
-    })  # fmt: skip
-    image = np.array(mi.render(scene, spp=spp, seed=3)).astype(np.float64)[..., :3]
-    return image[::-1]  # rows from the top of the picture, which is +y
+    view = mi.ScalarTransform4f().look_at(
+        list(centre + np.array([0, 0, height])), list(centre), [0, 1, 0]
+    )
+    return {
+        "type": "perspective", "to_world": view, "film": film,
+        "fov": math.degrees(2 * math.atan(0.5 * plane.side / height)),
+        "near_clip": 1e-2 * height, "far_clip": 1e3 * height,
+    }  # fmt: skip
+
+
+@dataclass(frozen=True)
+class View:
+    """The lamp through one lens: the truth, what the student shows, and where the lamp is."""
+
+    lens: ThinLens
+    truth: Picture
+    student: Picture
+    mask: Mask
+
+
+def views(subject: Subject, size: int, paths: int, spp: int) -> list[View]:
+    """Three views, light traced and as the student shows them."""
+    share = sharp_share(subject.lamp)
+    lenses = three_views(ThinLens(subject.description.sphere, size, 0, 0, aperture_for(share)))
+    with Bar("truth", paths, "path", lambda _: None) as update:
+        truths = light_traced(subject.lamp, lenses, paths, 11, update)
+    made = []
+    for lens, truth in zip(lenses, truths, strict=True):
+        rng = np.random.default_rng(2)
+        student, mask = field_view(subject.surface, subject.radiance, lens, spp, rng)
+        made.append(View(lens, truth, student, mask))
+    return made
 
 
 def appearance(subject: Subject, size: int = 128, paths: int = 1 << 26, spp: int = 16) -> Figures:
@@ -172,27 +257,24 @@ def appearance(subject: Subject, size: int = 128, paths: int = 1 << 26, spp: int
         paths: of the truth; its own error is among the figures.
         spp: rays through a pixel of student and teacher.
     """
-    share = sharp_share(subject.lamp)
-    lens = ThinLens(subject.description.sphere, size, 0, 0, aperture_for(share))
-    lenses = three_views(lens)
-    with Bar("truth", paths, "path", lambda _: None) as update:
-        truths = light_traced(subject.lamp, lenses, paths, 11, update)
-    teacher = subject.teacher
-    views = []
-    for lens, truth in zip(lenses, truths, strict=True):
-        rng = np.random.default_rng(2)
-        student, mask = field_view(subject.surface, subject.radiance, lens, spp, rng)
-        pairs = {"student_truth": (student, truth)}
-        if teacher is not None:
-            taught, _ = field_view(teacher.surface, teacher.radiance, lens, spp, rng)
-            pairs |= {"teacher_truth": (taught, truth), "student_teacher": (student, taught)}
-        views.append({k: Comparison(*pair, mask).to_dict() for k, pair in pairs.items()})
+    seen = views(subject, size, paths, spp)
+    errors = [view_errors(subject, view, spp) for view in seen]
     return {
-        "aperture": lens.aperture,
-        "sharp_share": share,
-        **{pair: _mean([view[pair] for view in views]) for pair in views[0]},
-        "views": views,
+        "aperture": seen[0].lens.aperture,
+        **{pair: _mean([view[pair] for view in errors]) for pair in errors[0]},
+        "views": errors,
     }
+
+
+def view_errors(subject: Subject, view: View, spp: int) -> Figures:
+    """Comparisons of one view, with the teacher where there is one."""
+    pairs = {"student_truth": (view.student, view.truth)}
+    teacher = subject.teacher
+    if teacher is not None:
+        rng = np.random.default_rng(3)  # noise of its own
+        taught, _ = field_view(teacher.surface, teacher.radiance, view.lens, spp, rng)
+        pairs |= {"teacher_truth": (taught, view.truth), "student_teacher": (view.student, taught)}
+    return {k: Comparison(*pair, view.mask).to_dict() for k, pair in pairs.items()}
 
 
 def _mean(figures: list[dict[str, float]]) -> dict[str, float]:
@@ -260,12 +342,15 @@ def sampler(subject: Subject, points: int = 20) -> Figures:
     """Integral of the pdf over the cap, chi-square, and variance against the uniform cap.
 
     Effective sample size is (sum w)² / (n sum w²) of the weights L cos / p of irradiance: 1 for a
-    sampler that draws in proportion to them.
+    sampler that draws in proportion to them. `..._of_light` is its mean over the points in
+    proportion to the light they get, times the squared distance: one from where a shade hides all
+    but the networks' own haze says little.
     """
     rng = np.random.default_rng(5)
     point = shading_points(subject.description, points, rng)
     results = [_sampler_at(subject, p, rng) for p in point]
-    integral, p_value, ratio, size = (np.array(column) for column in zip(*results, strict=True))
+    columns = (np.array(column) for column in zip(*results, strict=True))
+    integral, p_value, ratio, size, light = columns
     return {
         "integral_error": float(np.abs(integral - 1).max()),
         "chi_square_least_p": float(p_value.min()),
@@ -273,14 +358,15 @@ def sampler(subject: Subject, points: int = 20) -> Figures:
         "variance_factor_mean": float(np.exp(np.log(ratio).mean())),
         "variance_factor_least": float(ratio.min()),
         "effective_sample_size": float(size.mean()),
+        "effective_sample_size_of_light": float(np.average(size, weights=light)),
         "effective_sample_size_least": float(size.min()),
     }
 
 
 def _sampler_at(
     subject: Subject, point: NDArray[np.float32], rng: np.random.Generator, side: int = 256
-) -> tuple[float, float, float, float]:
-    """Integral, chi-square p-value, variance ratio and effective size at one shading point."""
+) -> tuple[float, float, float, float, float]:
+    """Integral, chi-square p-value, variance ratio, effective size and light at a shading point."""
     luminaire, sphere = subject.luminaire, subject.description.sphere
     # Integral by midpoint quadrature over the cap's square
     axis = (np.arange(side) + 0.5) / side
@@ -306,7 +392,9 @@ def _sampler_at(
     plain = plain * plain_cosine * cap.solid_angle
     size = float(learned.mean() ** 2 / np.mean(learned**2))
     ratio = float(plain.var() / learned.var())
-    return float(density.mean()), float(chi2.sf(statistic, 255)), ratio, size
+    square_distance = ((point.astype(np.float64) - np.asarray(sphere.center)) ** 2).sum()
+    light = float(learned.mean() * square_distance)
+    return float(density.mean()), float(chi2.sf(statistic, 255)), ratio, size, light
 
 
 def _axis(point: NDArray[np.float32], sphere: geometry.BoundingSphere) -> NDArray[np.float64]:
@@ -323,7 +411,7 @@ def hosts(subject: Subject, count: int = 1 << 14) -> Figures:
     fused = load(subject.bundle)
     scale = subject.luminaire.manifest.radiance_scale
     position, normal = subject.surface.sample(count, rng)
-    from purelight_train.learning.flux_closure import cosine_directions
+    from purelight_train.light.exit_surface import cosine_directions
 
     outgoing = cosine_directions(normal, rng)
     point = shading_points(subject.description, count, rng)

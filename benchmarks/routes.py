@@ -1,9 +1,9 @@
 """Routes to the student: error against seconds.
 
 python -m benchmarks.routes --output out/bench/routes [--lamps frosted_globe filament_bulb]
-    [--variants photons-anchor ...] [--size 128] [--paths 33554432] [--threads 1]
+    [--variants photons-straight ...] [--preset draft] [--size 128] [--paths 33554432] [--threads 1]
 
-Each variant trains a `draft` student from a lamp's scene alone. Seconds are of the processor, all
+Each variant trains a student from a lamp's scene alone. Seconds are of the processor, all
 that led to the student included, so that a busy machine changes little. Figures of earlier calls
 stay in OUTPUT/routes.json; a variant that is in it is not run again, only compared again where the
 truth asked for is another.
@@ -26,7 +26,7 @@ import torch
 
 from purelight_format import atomic
 from purelight_mitsuba import platform
-from purelight_train.presets import DRAFT, Preset
+from purelight_train.presets import DRAFT, PRESETS, Preset
 
 if TYPE_CHECKING:  # Mitsuba's variant must be set before it is imported
     from purelight_train.learning.cap_samples import Radiance
@@ -39,34 +39,36 @@ Figures = dict[str, Any]
 
 @dataclass(frozen=True)
 class Variant:
-    """A route, whether its student encodes the anchor, and what differs from `draft`.
+    """A route, the anchors that its student encodes, and what differs from the preset.
 
     Arguments:
-        changes: fields of the preset; those of `photons` begin with an underscore.
+        changes: fields of the preset.
+        steps: factor on those of the student.
     """
 
     route: str
-    anchor: bool = False
+    anchor: str
     changes: dict[str, Any] = field(default_factory=dict)
+    steps: float = 1.0
 
-    @property
-    def preset(self) -> Preset:
-        own = {k.lstrip("_"): v for k, v in self.changes.items() if k.startswith("_")}
-        others = {k: v for k, v in self.changes.items() if not k.startswith("_")}
-        return replace(DRAFT, photons=replace(DRAFT.photons, **own), **others)
+    def preset(self, base: Preset) -> Preset:
+        """The base with the changes."""
+        photons = replace(base.photons, steps=round(self.steps * base.photons.steps))
+        return replace(base, photons=photons, **self.changes)
 
 
-VARIANTS = {
-    "teacher": Variant("teacher"),
-    "teacher-anchor": Variant("teacher", anchor=True),
-    "photons": Variant("photons"),
-    "photons-anchor": Variant("photons", anchor=True),
-    "photons-anchor-third": Variant("photons", True, {"_steps": DRAFT.photons.steps // 3}),
-    "photons-anchor-triple": Variant("photons", True, {"_steps": DRAFT.photons.steps * 3}),
-    "photons-anchor-wide": Variant("photons", True, {"_batch": 1 << 13}),
-    "photons-anchor-poisson": Variant("photons", True, {"photon_loss": "poisson"}),
-    "photons-anchor-ratio-0.05": Variant("photons", True, {"reference_ratio": 0.05}),
-    "photons-anchor-ratio-3": Variant("photons", True, {"reference_ratio": 3.0}),
+ANCHORED = {
+    f"{route}-{anchor}": Variant(route, anchor)
+    for route in ("teacher", "photons")
+    for anchor in ("none", "straight", "refracted", "both")
+}
+VARIANTS = ANCHORED | {
+    "photons-third": Variant("photons", "straight", steps=1 / 3),
+    "photons-triple": Variant("photons", "straight", steps=3),
+    "photons-poisson": Variant("photons", "straight", {"photon_loss": "poisson"}),
+    "photons-logistic": Variant("photons", "straight", {"photon_loss": "logistic"}),
+    "photons-ratio-0.05": Variant("photons", "straight", {"reference_ratio": 0.05}),
+    "photons-ratio-1": Variant("photons", "straight", {"reference_ratio": 1.0}),
 }
 
 
@@ -75,12 +77,14 @@ class Bench:
     """One lamp's scene, its pictures, and where runs go.
 
     Arguments:
+        preset: of the runs.
         size: pixels along each side of the truth.
         paths: of the truth.
     """
 
     lamp: str
     output: Path
+    preset: Preset = DRAFT
     size: int = SIZE
     paths: int = PATHS
 
@@ -110,7 +114,7 @@ class Bench:
 
     def run(self, name: str, threads: int) -> Figures:
         """Train one variant and compare it with the truth."""
-        shutil.rmtree(self.output / f"{self.lamp}-{name}", ignore_errors=True)
+        shutil.rmtree(self._folder(name), ignore_errors=True)
         torch.set_num_threads(threads)
         before, begin = time.process_time(), time.monotonic()
         training = self._training(name)
@@ -127,11 +131,14 @@ class Bench:
         """A variant's run, as far as it is finished."""
         from purelight_train.runs.pipeline import start
 
-        variant, folder = VARIANTS[name], self.output / f"{self.lamp}-{name}"
+        variant, folder = VARIANTS[name], self._folder(name)
         return start(
-            self.scene, folder, variant.preset, 0, "cpu", resume=folder.exists(),
+            self.scene, folder, variant.preset(self.preset), 0, "cpu", resume=folder.exists(),
             route=variant.route, anchor=variant.anchor,
         )  # fmt: skip
+
+    def _folder(self, name: str) -> Path:
+        return self.output / f"{self.lamp}-{self.preset.name}-{name}"
 
     def compare(self, training: Training) -> Figures:
         """Errors of a run's student, and against which truth."""
@@ -147,7 +154,7 @@ class Bench:
         from purelight_train.truth.views import field_view
 
         rng, surface = np.random.default_rng(5), training.lamp.surface
-        figures: Figures = dict(fidelity(radiance, surface, training.lamp.held_out, rng))
+        figures: Figures = fidelity(radiance, training.lamp, rng)
         views = []
         for lens, reference in self.references(training):
             picture, mask = field_view(surface, radiance, lens, spp, rng)
@@ -158,11 +165,12 @@ class Bench:
 def table(results: dict[str, Figures]) -> str:
     """The figures as Markdown, quickest first."""
     lines = [
-        "| lamp | variant | CPU s | nats | MAPE | (noise) | without noise | relMSE | HDR-FLIP |",
+        "| lamp | preset, variant | CPU s | nats | MAPE | (noise) | without noise | relMSE "
+        "| HDR-FLIP |",
         "|---|---|---|---|---|---|---|---|---|",
     ]
     for key, row in sorted(results.items(), key=_order):
-        lamp, name = key.split(" ")
+        lamp, name = key.split(" ", 1)
         lines.append(
             f"| {lamp} | {name} | {row['seconds']['cpu']:.0f} | {row['held_out_gain_nats']:.3f} "
             f"| {row['mape']:.3f} | {row['mape_of_reference']:.3f} "
@@ -182,7 +190,7 @@ def measure(benches: Iterable[Bench], variants: Sequence[str], threads: int) -> 
         report = bench.output / "routes.json"
         results: dict[str, Figures] = json.loads(report.read_text()) if report.is_file() else {}
         for name in variants:
-            key = f"{bench.lamp} {name}"
+            key = f"{bench.lamp} {bench.preset.name}, {name}"
             if key not in results:
                 results[key] = bench.run(name, threads)
             elif [results[key].get(k) for k in TRUTH] != [bench.size, bench.paths]:
@@ -196,7 +204,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.routes", description=__doc__)
     parser.add_argument("--output", type=Path, default=Path("out/bench/routes"))
     parser.add_argument("--lamps", nargs="+", default=["frosted_globe", "filament_bulb"])
-    parser.add_argument("--variants", nargs="+", choices=VARIANTS, default=list(VARIANTS))
+    parser.add_argument("--variants", nargs="+", choices=VARIANTS, default=list(ANCHORED))
+    parser.add_argument("--preset", choices=("draft", "standard"), default="draft")
     parser.add_argument("--size", type=int, default=SIZE, help="pixels of the truth, a side")
     parser.add_argument("--paths", type=int, default=PATHS, help="of the truth")
     parser.add_argument("--threads", type=int, default=1)
@@ -204,7 +213,8 @@ def main() -> None:
     platform.use()
     arguments.output.mkdir(parents=True, exist_ok=True)
     benches = [
-        Bench(lamp, arguments.output, arguments.size, arguments.paths) for lamp in arguments.lamps
+        Bench(lamp, arguments.output, PRESETS[arguments.preset], arguments.size, arguments.paths)
+        for lamp in arguments.lamps
     ]
     measure(benches, arguments.variants, arguments.threads)
 

@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from stat import S_IMODE, S_ISREG
+from tempfile import TemporaryFile
 from typing import BinaryIO
 
 from purelight_format.errors import PureLightError
@@ -19,7 +20,7 @@ REMEDIES = {
     errno.EACCES: "choose a folder that you may write to",
     errno.EPERM: "choose a folder that you may write to",
     errno.EROFS: "choose a folder that you may write to",
-    errno.ENOENT: "create the folder first",
+    errno.EEXIST: "the folder's name is that of a file",
     errno.ENOTDIR: "the folder's name is that of a file",
     errno.ENAMETOOLONG: "choose a shorter name",
 }
@@ -39,7 +40,7 @@ def replace_file(path: str | Path) -> Iterator[BinaryIO]:
     permissions, and after any exception the old file is untouched and the temporary one gone.
 
     Arguments:
-        path: a regular file, or a name not yet taken in an existing folder.
+        path: a regular file, or a name not yet taken; its folder is made if there is none.
 
     Returns:
         The temporary file, open for writing and reading; its `name` is its path.
@@ -51,6 +52,7 @@ def replace_file(path: str | Path) -> Iterator[BinaryIO]:
     draft = path.with_name(f".{path.name[:64]}.{secrets.token_hex(8)}.tmp")
     try:
         mode = _mode(path)
+        path.parent.mkdir(parents=True, exist_ok=True)
         file = open(draft, "xb+")  # noqa: SIM115 - closed below, before it is renamed
         try:
             with file:
@@ -65,11 +67,46 @@ def replace_file(path: str | Path) -> Iterator[BinaryIO]:
                 draft.unlink()
             raise
     except OSError as error:
-        if error.filename not in (None, str(draft), str(path), str(path.parent)):
+        if error.filename not in (None, str(draft), *map(str, (path, *path.parents))):
             raise  # The caller's own fault, about another file.
-        remedy = REMEDIES.get(error.errno or 0, "nothing was changed")
-        raise PureLightError(f"{path}: cannot write: {error.strerror}; {remedy}") from error
+        raise _refusal(path, error) from error
     _sync_folder(path.parent)
+
+
+def check_file(path: str | Path) -> None:
+    """Makes sure that `replace_file` can write a file, before work is done for it.
+
+    Nothing is left behind, not even a folder that is missing.
+
+    Raises:
+        PureLightError: If it cannot.
+    """
+    path = Path(path)
+    try:
+        _mode(path)
+    except OSError as error:
+        raise _refusal(path, error) from error
+    check_folder(path.parent)
+
+
+def check_folder(path: str | Path) -> None:
+    """Makes sure that a folder can be written to, or made, before work is done for it.
+
+    Raises:
+        PureLightError: If it cannot.
+    """
+    path = Path(path).absolute()
+    try:
+        there = next(folder for folder in (path, *path.parents) if os.path.lexists(folder))
+        with TemporaryFile(dir=there):
+            pass
+    except OSError as error:
+        raise _refusal(path, error) from error
+
+
+def _refusal(path: Path, error: OSError) -> PureLightError:
+    remedy = REMEDIES.get(error.errno or 0, "nothing was changed")
+    return PureLightError(f"{path}: cannot write: {error.strerror}; {remedy}")
 
 
 def _mode(path: Path) -> int | None:

@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from purelight_format import strict_json
+from purelight_format import command, strict_json
 from purelight_format.bundle import Bundle
-from purelight_format.errors import PureLightError
-from purelight_format.issues import plain
 from purelight_format.summary import summary_json, summary_text
 from purelight_format.validate import validate
 
@@ -26,19 +23,15 @@ def inspect_main(argv: Sequence[str] | None = None) -> int:
 
 
 def _run(
-    command: str,
+    name: str,
     description: str,
     action: Callable[[argparse.Namespace], int],
     argv: Sequence[str] | None,
 ) -> int:
-    parser = argparse.ArgumentParser(prog=command, description=description)
+    parser = command.Parser(prog=name, description=description)
     parser.add_argument("bundle", type=Path, help="lamp.plux")
     parser.add_argument("--json", action="store_true", help="for programs")
-    try:
-        return action(parser.parse_args(argv))
-    except PureLightError as error:
-        print(f"{command}: error: {plain(error, 2000)}", file=sys.stderr)
-        return 2
+    return command.run(name, lambda: action(parser.parse_args(argv)))
 
 
 def _validate(options: argparse.Namespace) -> int:

@@ -9,7 +9,7 @@ import numpy as np
 
 from purelight_format import manifest
 from purelight_format.bundle import Bundle
-from purelight_format.color import LUMINANCE
+from purelight_format.color import lumens
 from purelight_format.fidelity import fidelity_words
 from purelight_format.issues import plain
 
@@ -19,7 +19,6 @@ ABILITIES = {
     "sampler": "sample its own light (accurate mode)",
     "fast_map": "light from a 16 x 16 map (fast mode)",
 }
-LUMENS_PER_WATT = 683.0
 WIDTH = 14
 LONGEST = 9  # Lines for each open-ended table, so that all fits on one screen.
 
@@ -62,7 +61,7 @@ def _lamp(bundle: Bundle) -> list[str]:
     return [
         _line("size", f"{_length(2 * sphere.radius)} across; a sphere of radius {sphere.radius:.4g}"
                       f" m about ({center})"),
-        _line("light", f"{_lumens(about.flux):.4g} lm; {flux} W (R, G, B){_color(about)}"),
+        _line("light", f"{lumens(about.flux):.4g} lm; {flux} W (R, G, B){_color(about)}"),
         _line("radiance", f"{about.radiance_scale:.4g} W/(m2 sr) in the mean; trained to "
                           f"{about.r_max:g} radii ({_length(about.r_max * sphere.radius)}) away"),
         _line("exit surface", f"{len(surface.triangles):,} triangles, {_area(area)}"),
@@ -78,10 +77,6 @@ def _color(about: manifest.Manifest) -> str:
     srgb = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
     code = "".join(f"{round(float(255 * x)):02X}" for x in srgb)
     return f"; color #{code}{'; dark: ' + ' '.join(dark) if dark else ''}"
-
-
-def _lumens(flux: tuple[float, float, float]) -> float:
-    return float(LUMENS_PER_WATT * LUMINANCE @ np.array(flux))
 
 
 def _networks(bundle: Bundle) -> list[str]:

@@ -7,21 +7,25 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from purelight_format import atomic, command
 from purelight_format.errors import PureLightError
+from purelight_train.presets import PRESETS
 
+COMMAND = "purelight-demo"
 LAMPS = ("frosted_globe", "filament_bulb", "crystal")
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Runs the command; returns 0, or 2 after a one-line error."""
-    options = _parser().parse_args(argv)
+    return command.run(COMMAND, lambda: _demo(_parser().parse_args(argv)))
+
+
+def _demo(options: argparse.Namespace) -> int:
+    atomic.check_folder(options.output)
     try:
         report = _run(options)
-    except (PureLightError, OSError) as error:
-        print(f"purelight-demo: error: {error}", file=sys.stderr)
-        return 2
     except KeyboardInterrupt:
-        print("purelight-demo: stopped; run it again to go on", file=sys.stderr)
+        print(f"{COMMAND}: stopped; run it again to go on", file=sys.stderr)
         return 130
     print(f"Look at {report}")
     return 0
@@ -39,10 +43,10 @@ def _run(options: argparse.Namespace) -> Path:
     return Demo(options.output, options.lamp, options.preset)()
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="purelight-demo", description=__doc__)
+def _parser() -> command.Parser:
+    parser = command.Parser(prog=COMMAND, description=__doc__)
     add = parser.add_argument
     add("--output", type=Path, default=Path("out/demo"), help="folder; finished stages are kept")
     add("--lamp", choices=LAMPS, default=LAMPS[0])
-    add("--preset", default="draft", help="of purelight-train")
+    add("--preset", choices=sorted(PRESETS), default="draft", help="of purelight-train")
     return parser

@@ -3,40 +3,46 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 
 from purelight_export.export import export
 from purelight_export.parts import CHOICES
-from purelight_format.errors import PureLightError
+from purelight_format import command
+
+COMMAND = "purelight-export"
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Runs the command; returns 0, or 2 after a one-line error."""
-    options = _parser().parse_args(argv)
-    try:
-        written = export(
-            options.run, options.output, networks=options.networks,
-            compact=options.precision == "compact", name=options.name,
-        )  # fmt: skip
-    except (PureLightError, OSError) as error:
-        print(f"purelight-export: error: {error}", file=sys.stderr)
-        return 2
+    return command.run(COMMAND, lambda: _export(_parser().parse_args(argv)))
+
+
+def _export(options: argparse.Namespace) -> int:
+    written = export(
+        options.run, options.output, networks=options.networks,
+        compact=options.precision == "compact", name=options.name, lumens=options.lumens,
+    )  # fmt: skip
     for path in written:
         print(f"{path}  {path.stat().st_size / 1e6:.2f} MB")
     return 0
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="purelight-export", description=__doc__)
+def _parser() -> command.Parser:
+    parser = command.Parser(prog=COMMAND, description=__doc__)
     add = parser.add_argument
     add("run", type=Path, help="a run directory of purelight-train")
     add("--output", type=Path, required=True, help="lamp.plux; .usda and .ies go beside it")
     add("--networks", type=_networks, default=CHOICES, help=",".join(CHOICES))
     add("--precision", choices=("fp32", "compact"), default="fp32",
         help="compact: grid tables of 15 bits, half their size")  # fmt: skip
-    add("--name", help="name of the lamp (default: that of the file)")
+    add("--name", help="name of the lamp (default: that of its scene)")
+    add(
+        "--lumens",
+        type=command.number(0),
+        metavar="LM",
+        help="luminous flux to scale the lamp to (default: as traced)",
+    )
     return parser
 
 

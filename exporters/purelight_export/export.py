@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime, timezone
 from functools import cached_property
 from pathlib import Path
@@ -15,7 +15,7 @@ from tqdm import tqdm
 
 from purelight_export.parts import CHOICES, Part, make_parts, require_agreement
 from purelight_export.photometry import Intensity, ies_file, intensity, unit_ies_file
-from purelight_format import atomic, bundle, usd_asset
+from purelight_format import atomic, bundle, color, usd_asset
 from purelight_format.conformance.golden import golden_vectors
 from purelight_format.errors import PureLightError
 from purelight_format.manifest import Manifest, NetworkInfo
@@ -29,7 +29,8 @@ from purelight_onnx.viewer import render
 from purelight_train.runs.run_directory import RunDirectory
 
 PREVIEW_SIZE = 256
-FIDELITY = ("flux_error", "student_flux", "student_flux_error", "held_out_gain_nats")
+IN_WATTS = ("flux_error", "student_flux", "student_flux_error")
+FIDELITY = (*IN_WATTS, "held_out_gain_nats")
 
 Members = dict[str, bytes]
 
@@ -41,6 +42,7 @@ def export(
     networks: Sequence[str] = CHOICES,
     compact: bool = False,
     name: str | None = None,
+    lumens: float | None = None,
 ) -> list[Path]:
     """Writes lamp.plux, and beside it lamp.ies, lamp.shape.ies and lamp.usda.
 
@@ -52,18 +54,24 @@ def export(
         run_path: A finished run directory.
         networks: Which of `CHOICES` the bundle carries; appearance always.
         compact: Whether grid tables are stored with 15 bits.
-        name: What to call the lamp.
+        name: What to call the lamp; like its scene by default.
+        lumens: Luminous flux that all of its light is scaled to; as traced by default.
 
     Returns:
         The files written.
 
     Raises:
-        PureLightError: If the run is not finished, or a network does not survive the export.
+        PureLightError: If the run is not finished, a network does not survive the export, the
+            place cannot be written, or a lamp without light is to have lumens.
     """
     output = Path(output)
     if output.suffix != ".plux":
         raise PureLightError(f"{output}: the bundle's name must end in .plux")
-    lamp = Lamp(RunDirectory.open(run_path), name or output.stem)
+    atomic.check_file(output)
+    run = RunDirectory.open(run_path)
+    if lumens is not None:
+        run = replace(run, power=_power(run, lumens))
+    lamp = Lamp(run, name or Path(run.config["luminaire"]).stem, lumens)
     wanted = [choice for choice in CHOICES if choice == "appearance" or choice in networks]
     surface = lamp.surface
     parts = make_parts(
@@ -79,6 +87,14 @@ def export(
     return [output, *_beside(lamp, written)]
 
 
+def _power(run: RunDirectory, wanted: float) -> float:
+    """The factor that gives a lamp so many lumens."""
+    traced = color.lumens(run.description.flux)
+    if not traced > 0:
+        raise PureLightError(f"{run.path}: the lamp gives no light, so it cannot have --lumens")
+    return wanted / traced
+
+
 @dataclass(frozen=True)
 class Lamp:
     """What the bundle says of the lamp besides its networks.
@@ -86,10 +102,12 @@ class Lamp:
     Arguments:
         run: A finished run directory.
         name: What to call the lamp.
+        lumens: What its light was scaled to by the run's factor, if it was.
     """
 
     run: RunDirectory
     name: str
+    lumens: float | None = None
 
     @cached_property
     def surface(self) -> Surface:
@@ -121,8 +139,7 @@ class Lamp:
     ) -> Manifest:
         """The manifest, still without its members."""
         description, config = self.run.description, self.run.config
-        metrics = self.run.read_json("metrics.json")
-        fidelity = {key: metrics[key] for key in FIDELITY if key in metrics}
+        scaled = {"lumens": self.lumens, "power_factor": self.run.power}
         return Manifest(
             name=self.name,
             bounding_sphere=description.sphere,
@@ -139,9 +156,18 @@ class Lamp:
                 "preset": config["preset"]["name"],
                 "photons": description.paths,
                 "precision": "compact" if compact else "fp32",
+                **({} if self.lumens is None else scaled),
             },
-            fidelity=fidelity | measured,
+            fidelity=self.fidelity | measured,
         )
+
+    @property
+    def fidelity(self) -> dict[str, Any]:
+        """The figures of training, those in W scaled like the lamp."""
+        metrics = self.run.read_json("metrics.json")
+        found = {key: metrics[key] for key in FIDELITY if key in metrics}
+        watts = {key: [x * self.run.power for x in found[key]] for key in IN_WATTS if key in found}
+        return found | watts
 
 
 def _networks(

@@ -111,3 +111,10 @@ def direction_to_cap(graph: Graph, toward: Value, cap: Cap) -> tuple[Value, Valu
     shrink = 1.0 / graph.sqrt(graph.maximum(rho, 1.0))
     ahead = m <= 1.5  # The direction opposite to the axis has x = y = 0 as well.
     return disk_to_square(graph, x * shrink, y * shrink), (rho <= 1.0) & ahead
+
+
+def refracted(graph: Graph, normal: Value, outgoing: Value, index: float) -> Value:
+    """Directions inside glass of light that leaves it (`surface_network.refracted`): [N, 3]."""
+    tangential = (outgoing - graph.sum(outgoing * normal) * normal) * (1 / index)
+    cosine = graph.sqrt(graph.relu(1.0 - graph.sum(tangential * tangential)))
+    return tangential + normal * cosine

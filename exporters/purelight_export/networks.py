@@ -8,9 +8,10 @@ import numpy as np
 
 from purelight_export.encodings import Features, harmonics, join, mlp, one_blob
 from purelight_export.flow import flow_density, flow_sample
-from purelight_export.geometry import Cap, cap, cap_to_direction, direction_to_cap
+from purelight_export.geometry import Cap, cap, cap_to_direction, direction_to_cap, refracted
 from purelight_export.graph import Graph, Value
 from purelight_export.grid import grid
+from purelight_train.networks.encodings import GridEncoding
 from purelight_train.networks.fast_map import SIZE, FastMap
 from purelight_train.networks.point_encoding import ANGLE_BINS, PointEncoding
 from purelight_train.networks.sampler import Sampler
@@ -24,7 +25,8 @@ def appearance(student: Student, *, compact: bool = False) -> bytes:
     graph = Graph("appearance")
     raw = _surface(graph, student, compact=compact)
     gain = (student.gain.double() * student.scale * student.channels).cpu().numpy()
-    exponential = graph.exp(graph.clip(raw, student.least_log, float(student.ceiling)))
+    bounded = graph.minimum(graph.maximum(raw, student.least_log), student.ceiling.cpu().numpy())
+    exponential = graph.exp(bounded)
     unit = exponential if student.link == "log" else exponential - 1.0
     graph.output("radiance", unit * gain)
     return graph.to_bytes()
@@ -76,7 +78,8 @@ def fast_map(network: FastMap, *, compact: bool = False) -> bytes:
         output = _channel_by_channel(graph, context, network)
     else:
         output = mlp(graph, [context], network.network)
-    log = graph.clip(output, 0.0, float(network.ceiling))
+    ceiling = np.repeat(network.ceiling.cpu().numpy(), SIZE * SIZE)
+    log = graph.minimum(graph.relu(output), ceiling)
     gain = (network.gain.double() * network.scale * network.channels).cpu().numpy()
     scaled = (graph.exp(log) - 1.0) * np.repeat(gain, SIZE * SIZE)
     radiance = graph.reshape(scaled, 3, SIZE, SIZE)
@@ -109,9 +112,13 @@ def _surface(graph: Graph, network: SurfaceNetwork, *, compact: bool) -> Value:
     offset = (position - network.centre.double().numpy()) * (0.5 / network.radius)
     degree = network.harmonics.degree
     parts = [grid(graph, offset + 0.5, network.grid, compact=compact)]
-    if network.anchor is not None:
-        anchor = offset - graph.sum(offset * outgoing) * outgoing
-        parts.append(grid(graph, anchor + 0.5, network.anchor, compact=compact))
+    for kind, table in network.anchors.items():
+        assert isinstance(table, GridEncoding)
+        ray = outgoing
+        if kind == "refracted":
+            ray = refracted(graph, normal, outgoing, network.index)
+        anchor = offset - graph.sum(offset * ray) * ray
+        parts.append(grid(graph, anchor + 0.5, table, compact=compact))
     parts += [harmonics(graph, direction, degree) for direction in (outgoing, normal)]
     return mlp(graph, [join(graph, parts)], network.network)
 

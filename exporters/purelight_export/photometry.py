@@ -11,9 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from purelight_format.color import LUMINANCE
+from purelight_format.color import LUMENS_PER_WATT, LUMINANCE
 
-LUMENS_PER_WATT = 683.0
 LINE_WIDTH = 100
 SIMULATION = "1.00010"
 
@@ -42,11 +41,6 @@ class Intensity:
     def candela(self) -> np.ndarray:
         """Luminous intensity in lm/sr: [H, V]."""
         return LUMENS_PER_WATT * self.values @ LUMINANCE
-
-
-def lumens(flux: np.ndarray) -> float:
-    """Luminous flux of RGB watts [3]."""
-    return float(LUMENS_PER_WATT * np.asarray(flux, np.float64) @ LUMINANCE)
 
 
 def node_solid_angle(vertical: np.ndarray) -> np.ndarray:

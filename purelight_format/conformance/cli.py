@@ -8,6 +8,7 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
+from purelight_format import command
 from purelight_format.bundle import Bundle
 from purelight_format.conformance import maker, runner, suite, text
 from purelight_format.conformance.suite import Suite
@@ -18,12 +19,11 @@ COMMAND = "purelight-conformance"
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Runs the command: 0 if the host conforms, 1 if not, 2 if that could not be found out."""
-    options = _parser().parse_args(argv)
-    try:
-        return _make(options) if options.action == "make" else _run(options)
-    except PureLightError as error:
-        print(f"{COMMAND}: error: {error}", file=sys.stderr)
-        return 2
+    return command.run(COMMAND, lambda: _act(_parser().parse_args(argv)))
+
+
+def _act(options: argparse.Namespace) -> int:
+    return _make(options) if options.action == "make" else _run(options)
 
 
 def _make(options: argparse.Namespace) -> int:
@@ -63,8 +63,8 @@ def _watched(wanted: Suite, options: argparse.Namespace) -> runner.Report:
             print("\r\033[K", end="", file=sys.stderr)
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog=COMMAND, description="Checks hosts of PureLight bundles.")
+def _parser() -> command.Parser:
+    parser = command.Parser(prog=COMMAND, description="Checks hosts of PureLight bundles.")
     actions = parser.add_subparsers(dest="action", required=True)
     make = actions.add_parser("make", help="write the suite to a folder")
     make.add_argument("folder", type=Path)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from purelight_format import atomic
 from purelight_format.bundle import Bundle
 from purelight_format.conformance import broken, lamps, suite
 from purelight_format.conformance.cases import Cases
 from purelight_format.conformance.suite import Suite, VectorSet
-from purelight_format.errors import PureLightError
 from purelight_format.vectors import SIGNATURES
 
 
@@ -18,11 +18,7 @@ def make(folder: Path) -> Suite:
     Raises:
         PureLightError: If the folder cannot be written.
     """
-    try:
-        for name in ("bundles", "files", "sets"):
-            (folder / name).mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise PureLightError(f"{folder}: cannot make the folder: {error.strerror}") from error
+    atomic.check_folder(folder)
     paths = {name: folder / "bundles" / f"{name}.plux" for name in lamps.LAMPS}
     written = {name: lamps.LAMPS[name].write(path) for name, path in paths.items()}
     readable = tuple(broken.put(name, {}, valid=True) for name in paths)

@@ -4,26 +4,30 @@ from __future__ import annotations
 
 import argparse
 import os
-import sys
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from purelight_format.errors import PureLightError
+from purelight_format import atomic, command
 from purelight_train import threads
-from purelight_train.presets import PRESETS
+from purelight_train.presets import ANCHORS, PRESETS
+
+COMMAND = "purelight-train"
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="purelight-train", description=__doc__)
+def _parser() -> command.Parser:
+    parser = command.Parser(prog=COMMAND, description=__doc__)
     parser.add_argument("luminaire", type=Path, help="Mitsuba 3 scene that holds only a lamp")
     parser.add_argument("--output", type=Path, required=True, metavar="RUN", help="run directory")
     parser.add_argument("--preset", choices=sorted(PRESETS), default="draft")
     parser.add_argument("--route", choices=("photons", "teacher"), default="photons",
                         help="fit light directly, or distil a teacher as in the paper")  # fmt: skip
-    parser.add_argument("--anchor", action=argparse.BooleanOptionalAction,
-                        help="encode where a ray passes the lamp's centre: sharper through glass; "
-                        "on for --route photons")  # fmt: skip
+    parser.add_argument(
+        "--anchor",
+        choices=("auto", *ANCHORS),
+        help="encode where a ray passes the lamp's centre, outside or inside the "
+        "glass; auto tries what suits the lamp; the default for photons",
+    )
     parser.add_argument("--mixed-precision", action="store_true",
                         help="train dense layers in bfloat16: for GPUs")  # fmt: skip
     parser.add_argument("--seed", type=int, default=0)
@@ -39,15 +43,11 @@ def _parser() -> argparse.ArgumentParser:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command; returns its exit code, 2 for a fault the user can mend."""
-    arguments = _parser().parse_args(argv)
-    try:
-        return _train(arguments)
-    except PureLightError as error:
-        print(f"purelight-train: error: {error}", file=sys.stderr)
-        return 2
+    return command.run(COMMAND, lambda: _train(_parser().parse_args(argv)))
 
 
 def _train(arguments: argparse.Namespace) -> int:
+    atomic.check_folder(arguments.output)
     threads.use(arguments.threads)
     import torch
 
@@ -60,8 +60,8 @@ def _train(arguments: argparse.Namespace) -> int:
 
     from purelight_train.runs.pipeline import start
 
-    anchor = arguments.route == "photons" if arguments.anchor is None else arguments.anchor
     preset = replace(PRESETS[arguments.preset], mixed_precision=arguments.mixed_precision)
+    anchor = arguments.anchor or ("auto" if arguments.route == "photons" else "none")
     training = start(
         arguments.luminaire, arguments.output, preset, arguments.seed, device,
         resume=arguments.resume, route=arguments.route, anchor=anchor,

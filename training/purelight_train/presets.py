@@ -7,6 +7,13 @@ from typing import Any
 
 from purelight_format.errors import PureLightError
 
+ANCHORS: dict[str, tuple[str, ...]] = {
+    "none": (),
+    "straight": ("straight",),
+    "refracted": ("refracted",),
+    "both": ("straight", "refracted"),
+}
+
 
 @dataclass(frozen=True)
 class GridSize:
@@ -59,10 +66,12 @@ class Preset:
         transparency_samples: lines through the lamp; with too few of them their noise is learned.
         fast_map_one_hot: evaluate the fast map's network channel by channel (`fast_map`).
         photons: optimisation of the student on the route `photons`; its batch counts photons.
-        photon_loss: `logistic` or `poisson` (`photon_loss`).
+        photon_loss: `both`, `logistic` or `poisson` (`photon_loss`).
         reference_ratio: weight of the reference rays against the photons, for `logistic`; what is
             darker than this part of the mean radiance is learned as well as what is brighter.
-        anchor_grid: grid over the ray's anchor (`surface_network`), or none.
+        anchor: which anchors of the ray the student encodes besides the point, one of `ANCHORS`
+            (`surface_network`).
+        anchor_grid: grid over each of them.
         student_link: `log1p` or `log` (`student`).
         mixed_precision: dense layers are trained in bfloat16 (`encodings.MLP`).
         The others are sizes, samples and steps of the networks they are named after.
@@ -90,9 +99,10 @@ class Preset:
     fast_map: Optimisation
     fast_map_one_hot: bool
     photons: Optimisation
-    photon_loss: str = "logistic"
+    photon_loss: str = "both"
     reference_ratio: float = 0.2
     fresh_records: bool = False
+    anchor: str = "none"
     anchor_grid: GridSize | None = None
     student_link: str = "log1p"
     mixed_precision: bool = False
@@ -113,16 +123,28 @@ class Preset:
         except TypeError:
             raise PureLightError("the run was made by another version; train again") from None
 
-    def for_route(self, route: str, *, anchor: bool) -> Preset:
-        """The preset of a route; an anchor takes its grid out of the student's, size for size.
+    @property
+    def anchors(self) -> dict[str, GridSize]:
+        """The anchors that the student encodes, and the grid over each."""
+        return (
+            {}
+            if self.anchor_grid is None
+            else dict.fromkeys(ANCHORS[self.anchor], self.anchor_grid)
+        )
+
+    def for_route(self, route: str, *, anchor: str = "none") -> Preset:
+        """The preset of a route; anchors take their grids out of the student's, size for size.
 
         The route `photons` traces what it learns from while it learns, and keeps few records.
         """
         preset = self
         if route == "photons":
             preset = replace(self, student_link="log", paths=self.paths // 4)
+        if not ANCHORS[anchor]:
+            return preset
         half = half_grid(self.student_grid)
-        return replace(preset, student_grid=half, anchor_grid=half) if anchor else preset
+        grid = half if len(ANCHORS[anchor]) == 1 else half_grid(half)
+        return replace(preset, student_grid=half, anchor=anchor, anchor_grid=grid)
 
 
 def half_grid(grid: GridSize) -> GridSize:
@@ -201,15 +223,15 @@ PAPER = Preset(
     teacher_flow=FlowSize(8, MLPSize(256, 5), 32),
     teacher=Optimisation(100_000, 1 << 17, 1e-3),
     distillation_samples=1 << 26,
-    student_grid=GridSize(16, 2, 16, 2048, 1 << 18),
+    student_grid=GridSize(16, 2, 16, 2048, 1 << 20),
     student_network=MLPSize(512, 5),
     student=Optimisation(100_000, 1 << 17, 1e-3),
     transparency_samples=1 << 24,
-    transparency_grid=GridSize(16, 2, 16, 2048, 1 << 18),
+    transparency_grid=GridSize(16, 2, 16, 512, 1 << 20),
     transparency_network=MLPSize(128, 5),
     transparency=Optimisation(50_000, 1 << 17, 1e-3),
     cap_points=1 << 18,
-    point_grid=GridSize(4, 4, 8, 64, 1 << 19),
+    point_grid=GridSize(4, 4, 8, 176, 1 << 23),
     sampler_flow=FlowSize(4, MLPSize(128, 5), 32),
     sampler=Optimisation(100_000, 1 << 17, 1e-3),
     fast_map_network=MLPSize(512, 5),

@@ -28,17 +28,21 @@ class LampChoice(Protocol):
 
 @dataclass(frozen=True)
 class NeuralLamp:
-    """A `.plux` bundle; `mode` is accurate or fast."""
+    """A `.plux` bundle; `mode` is accurate or fast, `scale` the lamp's size over its own."""
 
     bundle: Path
     mode: str = "accurate"
+    scale: float = 1.0
 
     def elements(self, folder: Path, at: Point) -> list[ET.Element]:
         """One `purelight` emitter."""
         emitter = ET.Element("emitter", type="purelight", id="lamp")
         name = _relative(self.bundle, folder)
         ET.SubElement(emitter, "string", name="filename", value=name)
-        emitter.append(_translation(at))
+        if self.scale != 1:
+            transform = ET.SubElement(emitter, "transform", name="to_world")
+            ET.SubElement(transform, "scale", value=f"{self.scale:g}")
+        move(emitter, at)
         return [emitter]
 
     def integrator(self) -> ET.Element:
@@ -61,7 +65,7 @@ class RealLamp:
         for shape in shapes:
             for name in shape.findall("string[@name='filename']"):
                 name.set("value", _relative(self.scene.parent / name.attrib["value"], folder))
-            shape.append(_translation(at))
+            move(shape, at)
         return shapes
 
     def integrator(self) -> ET.Element:
@@ -83,7 +87,7 @@ class SphereLamp:
         """One sphere with an area emitter: radiance = flux / (4 pi² radius²)."""
         shape = ET.Element("shape", type="sphere", id="lamp")
         ET.SubElement(shape, "float", name="radius", value=str(self.radius))
-        shape.append(_translation(at))
+        move(shape, at)
         emitter = ET.SubElement(shape, "emitter", type="area")
         radiance = np.asarray(self.flux) / (4 * np.pi**2 * self.radius**2)
         value = ", ".join(f"{v:.6g}" for v in radiance)
@@ -95,10 +99,14 @@ class SphereLamp:
         return RealLamp(Path()).integrator()
 
 
-def _translation(at: Point) -> ET.Element:
-    transform = ET.Element("transform", name="to_world")
-    ET.SubElement(transform, "translate", value=", ".join(f"{v:g}" for v in at))
-    return transform
+def move(element: ET.Element, by: Point, scale: float = 1.0) -> None:
+    """Shift a shape or an emitter after its own transform, and scale the world it is in."""
+    transform = element.find("transform[@name='to_world']")
+    if transform is None:
+        transform = ET.SubElement(element, "transform", name="to_world")
+    ET.SubElement(transform, "translate", value=", ".join(f"{v:g}" for v in by))
+    if scale != 1:
+        ET.SubElement(transform, "scale", value=f"{scale:g}")
 
 
 def _relative(file: Path, folder: Path) -> str:

@@ -21,7 +21,7 @@ class Aim:
     Arguments:
         target: A point on them.
         toward: Unit direction to it.
-        pdf: Its density per solid angle.
+        pdf: What counts as its density per solid angle, against the BSDF's.
         weight: What to multiply the lamp's radiance by, or the product if `facet` is NONE.
         facet: As in `Segment`.
         spoilt: How many answers of networks were spoilt.
@@ -53,11 +53,11 @@ class Numbers:
 class AimedLamps:
     """Next-event estimation of the lamps.
 
-    Each vertex picks one lamp by its power. Its direction comes from the sampler, and its light is
-    the appearance network's where the ray meets the lamp; in fast mode the radiance map gives both.
-    Inside the bounding sphere, and sometimes shortly outside, a point of the exit surface gives the
-    direction instead: `share` of the vertices at one place do so, and light that the BSDF finds is
-    weighed against both ways in the same proportion.
+    Each vertex picks one lamp by what it could give there (`lamp_choice`). Its direction comes from
+    the sampler, and its light is the appearance network's where the ray meets the lamp; in fast
+    mode the radiance map gives both. Inside the bounding sphere, and sometimes shortly outside, a
+    point of the exit surface gives the direction instead: `share` of the vertices at one place do
+    so, and light that the BSDF finds is weighed against both ways in the same proportion.
 
     Arguments:
         lamps: The lamps of the scene, not all dark.
@@ -83,7 +83,7 @@ class AimedLamps:
         """Sends a shadow ray toward a lamp."""
         if self._lamps.dark:
             return []
-        lamp, chance = self._lamps.pick(numbers.lamp, active)
+        lamp, chance = self._lamps.pick(numbers.lamp, si.p, active)
         place = self._lamps.place(lamp, active)
         near = active & (numbers.near < share(place.radii(si.p)))
         choice, u = numbers.choice, numbers.u

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from purelight_format import atomic, command
 from purelight_format.errors import PureLightError
 from purelight_mitsuba import platform
 
@@ -16,8 +17,8 @@ COMMAND = "purelight-render"
 USD = (".usda", ".usd", ".usdc", ".usdz")
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog=COMMAND, description=__doc__)
+def _parser() -> command.Parser:
+    parser = command.Parser(prog=COMMAND, description=__doc__)
     parser.add_argument("scene", type=Path, help="Mitsuba 3 scene, .xml, or a USD stage")
     parser.add_argument("--output", type=Path, required=True, help=".exr; a .png appears beside it")
     parser.add_argument("--mode", choices=("accurate", "fast"), help="instead of the scene's")
@@ -36,15 +37,12 @@ def _parser() -> argparse.ArgumentParser:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command; returns its exit code, 2 for a fault the user can mend."""
-    arguments = _parser().parse_args(argv)
-    try:
-        _check(arguments)
-        return _render(arguments)
-    except PureLightError as error:
-        print(f"{COMMAND}: error: {error}", file=sys.stderr)
-    except OSError as error:
-        print(f"{COMMAND}: error: {error.filename}: {error.strerror}", file=sys.stderr)
-    return 2
+    return command.run(COMMAND, lambda: _act(_parser().parse_args(argv)))
+
+
+def _act(arguments: argparse.Namespace) -> int:
+    _check(arguments)
+    return _render(arguments)
 
 
 def _check(arguments: argparse.Namespace) -> None:
@@ -62,30 +60,33 @@ def _check(arguments: argparse.Namespace) -> None:
         raise PureLightError(f"{usd_only[0]} is for USD stages; a Mitsuba scene has its own")
     if output.suffix.lower() != ".exr":
         raise PureLightError(f"{output}: the picture's name must end in .exr")
-    if not output.parent.is_dir():
-        raise PureLightError(f"{output.parent}: no such folder; create it first")
     for name in ("spp", "width"):
         if getattr(arguments, name) is not None and getattr(arguments, name) < 1:
             raise PureLightError(f"--{name} must be at least 1")
     if arguments.denoise and not arguments.variant.startswith("cuda"):
         raise PureLightError("--denoise needs --variant cuda_ad_rgb; Mitsuba has no other denoiser")
+    atomic.check_file(output)
 
 
 def _render(arguments: argparse.Namespace) -> int:
     mi = platform.use(arguments.variant)
     mi.set_log_level(mi.LogLevel.Error)
 
-    from purelight_format import atomic
     from purelight_mitsuba import first_hit, passes
     from purelight_mitsuba.integrator import SpoiltWarning
+    from purelight_mitsuba.media import MediaWarning
     from purelight_onnx.picture import png, write_exr
 
     scene = _load(arguments)
     if arguments.width is not None:
         passes.resize(scene, arguments.width)
-    integrator = passes.integrator_for(
-        scene, arguments.mode, arguments.engine, light_groups=arguments.light_groups or None
-    )
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", MediaWarning)
+        integrator = passes.integrator_for(
+            scene, arguments.mode, arguments.engine, light_groups=arguments.light_groups or None
+        )
+    if integrator.prepare(scene).media:
+        _warn(integrator.prepare(scene).media)
     spp = arguments.spp or scene.sensors()[0].sampler().sample_count()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", SpoiltWarning)

@@ -30,15 +30,12 @@ class Step:
     """One node: what to call with the values of its operands, and the names of its outputs.
 
     Arguments:
-        inputs: All that the node names; `operands` leaves out what is part of the function.
+        operands: Names of tensors, less those that are part of the function.
     """
 
-    op: str
-    attributes: dict[str, Any]
-    inputs: tuple[str, ...]
-    outputs: tuple[str, ...]
     function: Callable[..., Any]
     operands: tuple[str, ...]
+    outputs: tuple[str, ...]
 
 
 class FusedNetwork:
@@ -60,10 +57,10 @@ class FusedNetwork:
         self.name = name
         self._half = dr.backend_v(mi.Float) == dr.JitBackend.CUDA if half is None else half
         graph = _parse(model, name).graph
-        self.constants = {t.name: numpy_helper.to_array(t) for t in graph.initializer}
+        self._constants = {t.name: numpy_helper.to_array(t) for t in graph.initializer}
         self._inputs = [value.name for value in graph.input]
-        self.outputs = [value.name for value in graph.output]
-        self.steps = [self._step(node) for node in graph.node]
+        self._outputs = [value.name for value in graph.output]
+        self._steps = [self._step(node) for node in graph.node]
 
     def __call__(self, *inputs: Any) -> list[np.ndarray]:
         """Traces the network.
@@ -74,40 +71,21 @@ class FusedNetwork:
         Returns:
             One object array of `mi.Float` per output: shape [D] for [N, D], [] for [N].
         """
-        evaluate = self.partly(*inputs)
-        return [columns(evaluate(name)) for name in self.outputs]
-
-    def partly(self, *inputs: Any) -> Callable[[str], Value]:
-        """Returns what evaluates single tensors, and nothing twice."""
         parts = (row([value[i] for i in range(len(value))]) for value in inputs)
         values: dict[str, Value] = dict(zip(self._inputs, parts, strict=True))
-
-        def evaluate(name: str) -> Value:
-            for step in self._before(name) if name not in values else ():
-                if step.outputs[0] not in values:
-                    self._run(step, values)
-            return values[name]
-
-        return evaluate
+        for step in self._steps:
+            self._run(step, values)
+        return [columns(values[name]) for name in self._outputs]
 
     def _run(self, step: Step, values: dict[str, Value]) -> None:
-        operands = [values.get(name, self.constants.get(name)) for name in step.operands]
+        operands = [values.get(name, self._constants.get(name)) for name in step.operands]
         result = step.function(*operands)
         results = result if isinstance(result, list) else [result]
         values.update(zip(step.outputs, results, strict=True))
 
-    def _before(self, name: str) -> list[Step]:
-        """The steps that a tensor depends on, in order."""
-        needed, chosen = {name}, []
-        for step in reversed(self.steps):
-            if needed.intersection(step.outputs):
-                needed.update(step.operands)
-                chosen.append(step)
-        return chosen[::-1]
-
     def _step(self, node: onnx.NodeProto) -> Step:
         attributes = {a.name: onnx.helper.get_attribute_value(a) for a in node.attribute}
-        constants = [self.constants.get(name) for name in node.input]
+        constants = [self._constants.get(name) for name in node.input]
         operands = tuple(node.input)
         function: Callable[..., Any]
         if node.op_type in ("Gemm", "MatMul"):
@@ -121,8 +99,7 @@ class FusedNetwork:
             function = _scalar(node.op_type, attributes)
         else:
             raise PureLightError(f"{self.name}: operator {node.op_type} is not of the profile")
-        inputs, outputs = tuple(node.input), tuple(node.output)
-        return Step(node.op_type, attributes, inputs, outputs, function, operands)
+        return Step(function, operands, tuple(node.output))
 
 
 def _parse(model: bytes, name: str) -> onnx.ModelProto:
@@ -171,11 +148,14 @@ class Dense:
         ]
         dr.eval([view.buffer for block in self._blocks for view in block])
 
-    def __call__(self, x: Value) -> Vector:
+    def __call__(self, x: Value) -> Value:
         if isinstance(x, np.ndarray):
             x = nn.CoopVec(*(self._scalar(element) for element in x))
         outputs = [nn.matvec(weight, x, bias) for weight, bias in self._blocks]
-        return outputs[0] if len(outputs) == 1 else nn.CoopVec(*(y for v in outputs for y in v))
+        if len(outputs) == 1:
+            return outputs[0]
+        # As scalars, so that blocks of which no output is used are never computed.
+        return row([mi.Float(y) for block in outputs for y in block])
 
 
 class Literal:
@@ -195,12 +175,6 @@ class Literal:
             if weight != 0:
                 total = dr.fma(column, weight, total)
         return total
-
-
-def affine(step: Step, network: FusedNetwork) -> tuple[np.ndarray, np.ndarray]:
-    """Returns weight [out, in] and bias [out] of a dense layer."""
-    constants = [network.constants.get(name) for name in step.inputs]
-    return _affine(step.op, constants, step.attributes, network.name)
 
 
 def _affine(

@@ -11,6 +11,7 @@ import numpy as np
 
 from purelight_format.errors import PureLightError
 from purelight_mitsuba.emitter import PureLightEmitter
+from purelight_mitsuba.lamp_choice import LampChoice
 from purelight_mitsuba.luminaire import Luminaire
 from purelight_mitsuba.surface_sampler import SurfaceSampler
 
@@ -116,9 +117,8 @@ class Lamps:
         counts = [len(e.luminaire.surface.triangles) for e in emitters]
         self._first = mi.UInt32(np.cumsum([0, *counts[:-1]]))
         self._places = _device(_places(emitters, self.luminaires))
-        power = [e.level * e.luminaire.power * e.placement.scale**2 for e in emitters]
-        self.dark = sum(power) <= 0
-        self._choice = mi.DiscreteDistribution(np.ones(len(power)) if self.dark else power)
+        self.dark = not any(e.level * e.luminaire.power > 0 for e in emitters)
+        self._choice = None if self.single or self.dark else LampChoice(emitters)
 
     def intersect(self, ray: mi.Ray3f, active: mi.Bool) -> Hit:
         """Finds the first exit surface along rays in the world."""
@@ -155,13 +155,23 @@ class Lamps:
             radius=sphere.w,
         )
 
-    def pick(self, u: mi.Float, active: mi.Bool) -> tuple[mi.UInt32, mi.Float]:
-        """Chooses a lamp by its power: index and probability."""
-        return self._choice.sample_pmf(u, active)
+    def pick(self, u: mi.Float, p: mi.Point3f, active: mi.Bool) -> tuple[mi.UInt32, mi.Float]:
+        """Chooses a lamp for points in the world, by `LampChoice`: index and probability."""
+        if self._choice is None:
+            return mi.UInt32(0), mi.Float(1)
+        return self._choice.sample(u, p, active)
 
-    def probability(self, lamp: mi.UInt32, active: mi.Bool) -> mi.Float:
-        """The probability with which `pick` chooses a lamp."""
-        return self._choice.eval_pmf_normalized(lamp, active)
+    def probability(self, lamp: mi.UInt32, p: mi.Point3f, active: mi.Bool) -> mi.Float:
+        """The probability with which `pick` chooses a lamp for points in the world."""
+        if self._choice is None:
+            return mi.Float(1)
+        (chance,) = dr.if_stmt(
+            (lamp, p, mi.Bool(True)),
+            active,
+            lambda *arguments: (self._choice.probability(*arguments),),
+            lambda *_: (mi.Float(1),),
+        )
+        return chance
 
 
 def _device(table: np.ndarray) -> mi.Float:

@@ -17,7 +17,6 @@ from purelight_format.members import PHOTOMETRY
 from purelight_format.surface import Surface
 from purelight_mitsuba.fused import FusedNetwork
 from purelight_mitsuba.golden import require_golden
-from purelight_mitsuba.radiance_map import RadianceMap
 from purelight_onnx.luminaire import check
 from purelight_onnx.session import Session
 
@@ -52,7 +51,6 @@ class Luminaire:
         self._bundle = bundle
         self._networks: dict[tuple[str, str], FusedNetwork] = {}
         self._checked: set[tuple[str, str]] = set()
-        self._maps: dict[str, RadianceMap] = {}
         self._sessions: dict[tuple[str, int], Session] = {}
 
     def has(self, network: str) -> bool:
@@ -76,14 +74,6 @@ class Luminaire:
             require_golden(self._networks[key], self._bundle.vectors(name))
             self._checked.add(key)
         return self._networks[key]
-
-    def radiance_map(self) -> RadianceMap:
-        """Returns the map of the fast mode, whose cells are looked up one by one."""
-        if mi.variant() not in self._maps:
-            self._maps[mi.variant()] = RadianceMap(
-                self.network("fast_map"), self._bundle.manifest.flux
-            )
-        return self._maps[mi.variant()]
 
     def cost(self, name: str) -> int:
         """Multiply-adds of a network per sample, as the bundle states; none if it has none."""

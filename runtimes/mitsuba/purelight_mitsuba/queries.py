@@ -8,10 +8,16 @@ from typing import Any
 import drjit as dr
 import mitsuba as mi
 
+from purelight_mitsuba.batched_maps import compiled, draw_batched
 from purelight_mitsuba.cap import Cap, cap
 from purelight_mitsuba.lamps import Hit, Lamps, Place
 from purelight_mitsuba.luminaire import Luminaire
-from purelight_mitsuba.radiance_map import draw
+from purelight_mitsuba.radiance_map import Drawn, draw, lit
+
+# Against the BSDF's density, a radiance map counts for so many times the uniform one of the cap,
+# since bright parts of a lamp are drawn more often than evenly. More would take sharp reflections
+# from the appearance network; the map's own density is noisy where it misses what shines.
+FAVOUR = 4.0
 
 Answer = tuple[Any, Any, Any, Any]  # Direction, density, weight, spoilt answers.
 
@@ -24,22 +30,24 @@ class Queries:
     Arguments:
         lamps: The lamps of the scene.
         fast: Whether the lamps light the room by their radiance maps.
+        queued: Whether `aim` is only called outside of symbolic loops.
     """
 
-    def __init__(self, lamps: Lamps, *, fast: bool) -> None:
+    def __init__(self, lamps: Lamps, *, fast: bool, queued: bool = False) -> None:
         self._luminaires = lamps.luminaires
         self.fast = fast
-        for luminaire in self._luminaires:
-            for name in self._names(luminaire):
+        self._batched = [
+            fast and queued and not compiled(luminaire) for luminaire in self._luminaires
+        ]
+        for luminaire, batched in zip(self._luminaires, self._batched, strict=True):
+            for name in self._names(luminaire, batched):
                 luminaire.network(name)
-            if fast:
-                luminaire.radiance_map()
 
-    def _names(self, luminaire: Luminaire) -> list[str]:
-        """The networks that are used, so that they are on the device before tracing."""
+    def _names(self, luminaire: Luminaire, batched: bool) -> list[str]:
+        """The networks that are translated, so that they are on the device before tracing."""
         names = ["appearance"] + ["transparency"] * luminaire.has("transparency")
         if self.fast:
-            return [*names, "fast_map"]
+            return names + ["fast_map"] * (not batched)
         return names + ["sampler", "sampler_pdf"] * _learned(luminaire)
 
     def radiance(
@@ -73,13 +81,13 @@ class Queries:
     ) -> tuple[mi.Float, mi.UInt32]:
         """The density by which a lamp's directions are weighed against the BSDF's.
 
-        It is the sampler's own, or the uniform cap's in fast mode, whose map need not be evaluated
-        then where a path happens to hit the lamp.
+        It is the sampler's own; in fast mode a multiple of the uniform cap's (`FAVOUR`).
         """
 
         def network(luminaire: Luminaire, point: Any, toward: Any) -> tuple[mi.Float, mi.UInt32]:
             if self.fast or not _learned(luminaire):
-                return _cap(luminaire, point).pdf_solid_angle(), mi.UInt32(0)
+                pdf = _cap(luminaire, point).pdf_solid_angle()
+                return pdf * FAVOUR if self.fast else pdf, mi.UInt32(0)
             (pdf,) = luminaire.network("sampler_pdf")(point, toward)
             return finite(pdf.item())
 
@@ -98,7 +106,9 @@ class Queries:
         """
         function = self._from_map if self.fast else self._from_sampler
         zero = (mi.Vector3f(0, 0, 1), mi.Float(0), mi.Color3f(0), mi.UInt32(0))
-        local = (place.point_to_local(p), u)
+        point = place.point_to_local(p)
+        drawn = [self._drawn(place.asset, point, u, active)] if self.fast else []
+        local = (point, u, *drawn)
         toward, pdf, weight, spoilt = self._each(place.asset, active, function, local, zero)
         dimmer = place.dimmer if self.fast else 1
         return place.direction_to_world(toward), pdf, weight * dimmer, spoilt
@@ -116,13 +126,25 @@ class Queries:
             spoilt = spoilt | spoilt_pdf
         return toward, pdf, mi.Color3f(dr.select(pdf > 0, 1 / pdf, 0)), spoilt
 
-    @staticmethod
-    def _from_map(luminaire: Luminaire, point: mi.Point3f, u: mi.Point2f) -> Answer:
+    def _drawn(self, asset: mi.UInt32, point: mi.Point3f, u: mi.Point2f, active: mi.Bool) -> Drawn:
+        """What is drawn from the maps of ONNX Runtime."""
+        result = dr.zeros(Drawn)
+        for index, luminaire in enumerate(self._luminaires):
+            if self._batched[index]:
+                own = active & (asset == index)
+                result = dr.select(own, draw_batched(luminaire, point, u, own), result)
+        return result
+
+    def _from_map(
+        self, luminaire: Luminaire, point: mi.Point3f, u: mi.Point2f, drawn: Drawn
+    ) -> Answer:
+        if not self._batched[self._luminaires.index(luminaire)]:
+            (cells,) = luminaire.network("fast_map")(point)
+            drawn = draw(lit(cells, luminaire.flux), u)
         view = _cap(luminaire, point)
         pdf = view.pdf_solid_angle()
-        square, weight = draw(luminaire.radiance_map()(point), u)
-        weight, spoilt = finite(dr.select(view.outside, weight / pdf, 0))
-        return view.direction(square), pdf, weight, spoilt
+        weight, spoilt = finite(dr.select(view.outside, drawn.weight / pdf, 0))
+        return view.direction(drawn.square), pdf * FAVOUR, weight, spoilt | drawn.spoilt
 
     def _each(
         self,

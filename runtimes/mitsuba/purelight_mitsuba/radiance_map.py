@@ -2,100 +2,95 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import drjit as dr
 import mitsuba as mi
 import numpy as np
 
 from purelight_format.color import LUMINANCE
-from purelight_mitsuba.columns import ColumnPicker
-from purelight_mitsuba.fused import FusedNetwork
+from purelight_mitsuba.operators import Tensor, row
 
 SIDE = 16
-SKEW = 5  # Of a lattice whose cells keep 3.2 cells apart.
-
-DEFENCE = 0.05  # Of the candidates' mean: no cell of another hue is left out.
-
-Look = Callable[[mi.UInt32], Any]
+BELOW_ONE = 1 - 2**-20  # The largest such that 15 + it is below 16 in single precision.
 
 
-@dataclass(frozen=True)
-class View:
-    """A radiance map from one point, cell by cell: number v · SIDE + u.
+@dataclass
+class Drawn:
+    """A point drawn from a map, per lane.
 
     Arguments:
-        channels: For each channel, what tells the mean radiance of a cell.
-        leading: The channel by which cells are drawn.
+        square: Where it is in the cap's square.
+        weight: Radiance of its cell over the density of the point in the square; zero where the
+            map is black.
+        spoilt: 1 where a cell was infinite or no number.
     """
 
-    channels: Sequence[Look]
-    leading: int
-
-    def importance(self, cell: mi.UInt32) -> mi.Float:
-        """Radiance of the leading channel alone, a third of the work."""
-        return dr.maximum(self.channels[self.leading](cell), 0)
-
-    def colour(self, cell: mi.UInt32) -> mi.Color3f:
-        """Radiance of all channels."""
-        return mi.Color3f(*(look(cell) for look in self.channels))
+    square: mi.Point2f
+    weight: mi.Color3f
+    spoilt: mi.UInt32
 
 
-class RadianceMap:
-    """Looks single cells of a `fast_map` network up.
+def lit(cells: Tensor, flux: np.ndarray) -> Tensor:
+    """Blackens channels without flux, so that they are never computed.
 
     Arguments:
-        network: From point [N, 3] to radiance [N, SIDE, SIDE, 3].
-        flux: Of the lamp, by channel.
+        cells: Radiance [SIDE, SIDE, 3], as scalars.
+        flux: Of the lamp, [3].
     """
-
-    def __init__(self, network: FusedNetwork, flux: Sequence[float]) -> None:
-        cells = np.arange(SIDE * SIDE)
-        self._picker = ColumnPicker(network, [3 * cells + channel for channel in range(3)])
-        self._leading = int(np.argmax(LUMINANCE * np.asarray(flux)))
-
-    def __call__(self, point: mi.Point3f) -> View:
-        """The map as it is seen from a point."""
-        return View(self._picker(point), self._leading)
+    shines = np.broadcast_to(flux > 0, cells.shape).ravel()
+    values = zip(cells.ravel(), shines, strict=True)
+    return row([value if own else mi.Float(0) for value, own in values]).reshape(cells.shape)
 
 
-def lattice(shift: mi.UInt32) -> list[mi.UInt32]:
-    """Returns one cell of each row and column; the `SIDE` shifts share all cells out."""
-    return [row * SIDE + (shift + SKEW * row) % SIDE for row in range(SIDE)]
+def draw(cells: Tensor, u: mi.Point2f) -> Drawn:
+    """Draws a cell in proportion to its luminance, and a point evenly inside it.
 
-
-def draw(view: View, u: mi.Point2f) -> tuple[mi.Point2f, mi.Color3f]:
-    """Draws a point of the cap's square, the likelier the brighter, from few cells of a map.
-
-    Of the cells of a lattice, shifted at random, one is drawn by its importance (resampled
-    importance sampling, Talbot et al. 2005), and a point evenly inside it.
+    A row is drawn first, then a cell of it (`spec/measures.md`, Eq. 13). What is negative, infinite
+    or no number counts as black.
 
     Arguments:
+        cells: Radiance [SIDE, SIDE, 3], as scalars.
         u: Uniform numbers.
+    """
+    power, spoilt = np.empty((SIDE, SIDE), object), mi.Bool(False)
+    for index in np.ndindex(power.shape):
+        luminance = _luminance(cells[index])
+        spoilt |= ~dr.isfinite(luminance)
+        power[index] = dr.select((luminance > 0) & (luminance < dr.inf), luminance, 0)
+    total, sums = _sum(list(power.ravel())), [_sum(list(line)) for line in power]
+    v, chosen = _choose(sums, u.y, [[*power[k], *cells[k].ravel()] for k in range(SIDE)])
+    line, colours = chosen[:SIDE], chosen[SIDE:]
+    x, (own, *colour) = _choose(line, u.x, [[line[k], *colours[3 * k :][:3]] for k in range(SIDE)])
+    weight = dr.maximum(mi.Color3f(*colour), 0) * (total / (own * SIDE * SIDE))
+    return Drawn(mi.Point2f(x, v) / SIDE, dr.select(own > 0, weight, 0), mi.UInt32(spoilt))
+
+
+def _luminance(cell: Tensor) -> mi.Float:
+    red, green, blue = LUMINANCE.tolist()
+    return dr.fma(cell[0], red, dr.fma(cell[1], green, cell[2] * blue))
+
+
+def _sum(values: Sequence[mi.Float]) -> mi.Float:
+    return sum(values[1:], values[0])
+
+
+def _choose(
+    weights: Sequence[mi.Float], u: mi.Float, items: Sequence[Sequence[mi.Float]]
+) -> tuple[mi.Float, list[mi.Float]]:
+    """Chooses one of some items in proportion to weights that are not negative.
 
     Returns:
-        The point, and what to weigh light from there by: cell radiance over the density of the
-        draw, in the mean over draws.
+        The number of the item with, after the point, what is left of u; and the item. Both are
+        zero if all weights are.
     """
-    shift = dr.minimum(mi.UInt32(u.x * SIDE), SIDE - 1)
-    rest = u.x * SIDE - shift
-    cells = lattice(shift)
-    power = [view.importance(cell) for cell in cells]
-    mean = sum(power[1:], power[0]) / SIDE
-    floor = dr.select(mean > 0, DEFENCE * mean, 1)
-    power = [own + floor for own in power]
-    total = sum(power[1:], power[0])
-    target = rest * total
-    cell, before, own, reached = cells[0], mi.Float(0), power[0], power[0]
-    for index in range(1, SIDE):
-        beyond = target >= reached
-        cell = dr.select(beyond, cells[index], cell)
-        before = dr.select(beyond, reached, before)
-        own = dr.select(beyond, power[index], own)
-        reached = reached + power[index]
-    inner = dr.clip((target - before) / own, 0, dr.one_minus_epsilon(mi.Float))
-    corner = mi.Point2f(cell % SIDE, cell // SIDE)
-    weight = view.colour(cell) * (total / (own * SIDE))
-    return (corner + mi.Point2f(inner, u.y)) / SIDE, weight
+    target = u * _sum(weights)
+    place, chosen, before = mi.Float(0), [mi.Float(0)] * len(items[0]), mi.Float(0)
+    for index, (weight, item) in enumerate(zip(weights, items, strict=True)):
+        taken = (weight > 0) & (target >= before)  # The last one that is taken stays.
+        rest = dr.minimum((target - before) / weight, BELOW_ONE)
+        place = dr.select(taken, index + rest, place)
+        chosen = [dr.select(taken, new, old) for new, old in zip(item, chosen, strict=True)]
+        before = before + weight
+    return place, chosen

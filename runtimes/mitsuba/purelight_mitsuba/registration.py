@@ -3,31 +3,39 @@
 from __future__ import annotations
 
 import importlib
-import sys
 from typing import Any
 
+from purelight_mitsuba.module_sets import ModuleSets
 from purelight_mitsuba.platform import check_llvm
 
 NAME, ROOM_ONLY = "purelight", "purelight_room_only"
-MODULES = ("emitter", "lamps", "room_only", "stock", "aimed", "queued", "integrator")
 EMITTER_PROPERTIES = ("filename", "to_world", "dimmer")
-_registered: list[str] = []
+_modules = ModuleSets("purelight_mitsuba")
+_registered: set[str] = set()
 
 
 def register() -> None:
-    """Registers the plugins for the variant in use, once.
+    """Brings in the modules of the variant in use, and registers its plugins, once for each.
 
-    A plugin's class derives from one of the variant's own, so another variant needs it anew.
+    A plugin's class derives from one of the variant's own, so another variant needs it anew; only
+    variants `*_ad_rgb` get plugins.
 
     Raises:
         PureLightError: If the variant is an LLVM one, and Dr.Jit loaded an LLVM it cannot use.
     """
-    variant = importlib.import_module("mitsuba").variant()
-    if variant is None or not variant.endswith("_ad_rgb") or _registered == [variant]:
+    mi = importlib.import_module("mitsuba")
+    variant = mi.variant()
+    if variant is None:
+        return
+    _modules.switch(variant)
+    if not variant.endswith("_ad_rgb") or variant in _registered:
         return
     if variant.startswith("llvm"):
         check_llvm()
-    emitter, _, room_only, *_, integrator = (_fresh(f"purelight_mitsuba.{n}") for n in MODULES)
+    emitter, room_only, integrator = (
+        importlib.import_module(f"purelight_mitsuba.{name}")
+        for name in ("emitter", "room_only", "integrator")
+    )
 
     def make(props: Any) -> Any:
         """Mitsuba keeps one constructor per name, so this one makes emitter and integrator."""
@@ -35,11 +43,10 @@ def register() -> None:
             return emitter.PureLightEmitter(props)
         return integrator.PureLightIntegrator(props)
 
-    mi = importlib.import_module("mitsuba")
     mi.register_emitter(NAME, make)
     mi.register_emitter(ROOM_ONLY, room_only.RoomOnlyEmitter)
     mi.register_integrator(NAME, make)
-    _registered[:] = [variant]
+    _registered.add(variant)
 
 
 def follow() -> None:
@@ -50,8 +57,3 @@ def follow() -> None:
         return
     mi.detail.add_variant_callback(lambda *_: register())
     register()
-
-
-def _fresh(name: str) -> Any:
-    loaded = sys.modules.get(name)
-    return importlib.import_module(name) if loaded is None else importlib.reload(loaded)

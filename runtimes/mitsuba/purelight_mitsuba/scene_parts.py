@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -11,6 +12,7 @@ from purelight_mitsuba.aimed import AimedLamps
 from purelight_mitsuba.emitter import PureLightEmitter
 from purelight_mitsuba.lamps import Lamps
 from purelight_mitsuba.light import group_names
+from purelight_mitsuba.media import MediaWarning, ignored
 from purelight_mitsuba.queries import Queries
 from purelight_mitsuba.queued import ShadowRays
 from purelight_mitsuba.stock import StockEmitters
@@ -38,6 +40,7 @@ class SceneParts:
         aimed, walk: None where there is no lamp.
         later: The engine `queued`; None for `fused`.
         groups: Names of the light groups to keep apart.
+        media: What to say about participating media, which are left out; empty if there are none.
     """
 
     key: tuple[Any, ...]
@@ -46,10 +49,13 @@ class SceneParts:
     walk: Walk | None = None
     later: ShadowRays | None = None
     groups: tuple[str, ...] = ()
+    media: str = ""
 
 
 def prepare(scene: mi.Scene, settings: Settings, before: SceneParts | None) -> SceneParts:
     """Translates the networks and gathers the lamps, unless `before` still holds.
+
+    Warns of participating media, once for a scene.
 
     Raises:
         PureLightError: If a bundle lacks a network that the mode needs, or is not valid now.
@@ -63,14 +69,17 @@ def prepare(scene: mi.Scene, settings: Settings, before: SceneParts | None) -> S
     if before is not None and before.key == key:
         return before
     groups = tuple(group_names(emitters)) if settings.light_groups else ()
-    parts = SceneParts(key, StockEmitters(scene), groups=groups)
+    parts = SceneParts(key, StockEmitters(scene), groups=groups, media=ignored(scene))
+    if parts.media and (before is None or before.media != parts.media):
+        warnings.warn(parts.media, MediaWarning, stacklevel=2)
     return _with_lamps(parts, Lamps(emitters, scene, groups), settings) if emitters else parts
 
 
 def _with_lamps(parts: SceneParts, lamps: Lamps, settings: Settings) -> SceneParts:
-    queries = Queries(lamps, fast=settings.mode == "fast")
+    queued = _queues(settings, lamps)
+    queries = Queries(lamps, fast=settings.mode == "fast", queued=queued)
     aimed, walk = AimedLamps(lamps, queries), Walk(lamps, queries)
-    later = ShadowRays(aimed, walk, lamps.luminaires) if _queues(settings, lamps) else None
+    later = ShadowRays(aimed, walk, lamps.luminaires) if queued else None
     return replace(parts, aimed=aimed, walk=walk, later=later)
 
 

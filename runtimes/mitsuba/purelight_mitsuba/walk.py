@@ -195,9 +195,9 @@ class Walk:
             part, spoilt_pdf = self._part(on, distance, place, hit, vertex, shining & viewing)
             light = light.add(dr.select(shining, arriving * radiance * part, 0), group)
             spoilt = spoilt + spoilt_pdf
-        blocking, spoilt_through = self._queries.transmittance(
-            place, hit, p, on.direction, fresh & ~target
-        )
+        passing = fresh & ~target
+        met, at, along = self._seen_from(on, now.start, place, hit, p, passing)
+        blocking, spoilt_through = self._queries.transmittance(place, met, at, along, passing)
         through = now.through * blocking
 
         end = ~(hit.valid & (dr.max(through) > 0)) | target | self._lamps.single
@@ -214,6 +214,42 @@ class Walk:
             spoilt=now.spoilt + spoilt + spoilt_through,
             question=question,
         )
+
+    def _seen_from(
+        self, on: Segment, start: mi.Float, place: Place, hit: Hit, p: mi.Point3f, active: mi.Bool
+    ) -> tuple[Hit, mi.Point3f, mi.Vector3f]:
+        """From where a lamp's transmittance is that of the segment: hit, its point, and direction.
+
+        It is that of the whole lamp ahead of who asks. If the segment ends at something between the
+        lamp's parts, so that some are beyond, it is asked from there, back along the segment;
+        unless that has some behind it too, and then neither end knows the part between.
+        """
+        end = dr.fma(on.direction, on.length, on.origin)
+        between = active & (on.length < dr.largest(mi.Float)) & (place.radii(end) < 1)
+
+        def choose(
+            on: Segment, start: mi.Float, hit: Hit, p: mi.Point3f, end: mi.Point3f
+        ) -> tuple[Hit, mi.Point3f, mi.Vector3f]:
+            begin = dr.fma(on.direction, start, on.origin)
+            beyond = self._meets(end, on.direction, hit.lamp)
+            behind = self._meets(begin, -on.direction, hit.lamp)
+            back = self._lamps.intersect(mi.Ray3f(end, -on.direction), beyond & ~behind)
+            turned = beyond & ~behind & back.valid & (back.lamp == hit.lamp)
+            at = dr.fma(-on.direction, back.t, end)
+            along = dr.select(turned, -on.direction, on.direction)
+            return dr.select(turned, back, hit), dr.select(turned, at, p), along
+
+        return dr.if_stmt(
+            (on, start, hit, p, end),
+            between,
+            choose,
+            lambda on, start, hit, p, end: (hit, p, on.direction),
+        )
+
+    def _meets(self, origin: mi.Point3f, direction: mi.Vector3f, lamp: mi.UInt32) -> mi.Bool:
+        """Whether a ray's first lamp is this one."""
+        found = self._lamps.intersect(mi.Ray3f(origin, direction), mi.Bool(True))
+        return found.valid & (found.lamp == lamp)
 
     def _source(self, on: Segment) -> mi.UInt32:
         """The light group of a shadow ray's end."""
@@ -243,7 +279,7 @@ class Walk:
             lambda *arguments: (self._pdf_surface(*arguments),),
             lambda *_: (mi.Float(0),),
         )
-        chance = self._lamps.probability(hit.lamp, compete)
+        chance = self._lamps.probability(hit.lamp, vertex.point, compete)
         part = dr.lerp(
             power(vertex.pdf, pdf * chance), power(vertex.pdf, pdf_surface * chance), near
         )

@@ -5,32 +5,27 @@ from __future__ import annotations
 import argparse
 import math
 import os
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 
 from tqdm import tqdm
 
-from purelight_format import atomic
+from purelight_format import atomic, command
 from purelight_format.errors import PureLightError
 from purelight_onnx.camera import Camera
 from purelight_onnx.luminaire import Luminaire
 from purelight_onnx.picture import png, write_exr
 from purelight_onnx.viewer import render
 
+COMMAND = "purelight-view"
+
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Runs the command; returns 0, or 2 after a one-line error."""
-    options = _parser().parse_args(argv)
-    try:
-        view(options)
-    except (PureLightError, OSError) as error:
-        print(f"purelight-view: error: {error}", file=sys.stderr)
-        return 2
-    return 0
+    return command.run(COMMAND, lambda: view(_parser().parse_args(argv)))
 
 
-def view(options: argparse.Namespace) -> None:
+def view(options: argparse.Namespace) -> int:
     """Renders and writes the picture and its preview."""
     if options.output.suffix.lower() != ".exr":
         raise PureLightError(f"{options.output}: the picture's name must end in .exr")
@@ -38,6 +33,7 @@ def view(options: argparse.Namespace) -> None:
         raise PureLightError("--spp must be 1 to 65,536 and --seed at least 0")
     if not all(map(math.isfinite, [*options.background, options.exposure or 0.0])):
         raise PureLightError("--background and --exposure must be finite")
+    atomic.check_file(options.output)
     luminaire = Luminaire.open(options.bundle, threads=options.threads)
     camera = Camera.orbit(
         luminaire.manifest.bounding_sphere,
@@ -55,10 +51,11 @@ def view(options: argparse.Namespace) -> None:
         )  # fmt: skip
     write_exr(options.output, image, half=options.half)
     atomic.write_bytes(options.output.with_suffix(".png"), png(image, options.exposure))
+    return 0
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="purelight-view", description=__doc__)
+def _parser() -> command.Parser:
+    parser = command.Parser(prog=COMMAND, description=__doc__)
     add = parser.add_argument
     add("bundle", type=Path, help="the lamp, a .plux file")
     add("--output", type=Path, required=True, help="picture.exr; a .png preview goes beside it")

@@ -14,10 +14,11 @@ from pxr import Usd, UsdUtils
 
 from purelight_export import cli, networks, parts
 from purelight_export.export import export
-from purelight_export.photometry import lumens
 from purelight_format import bundle, usd_asset
 from purelight_format.bundle import Bundle
+from purelight_format.color import lumens
 from purelight_format.errors import PureLightError
+from purelight_format.validate import validate
 from purelight_format.vectors import SIGNATURES
 from purelight_onnx.luminaire import Luminaire
 from purelight_train.runs.run_directory import RunDirectory
@@ -158,7 +159,7 @@ def test_a_failing_write_leaves_the_old_files(
     [
         ("nowhere", "lamp.plux", "run directory"),
         (".", "lamp.zip", ".plux"),
-        (".", "missing/lamp.plux", "missing"),
+        (".", "/dev/null/lamp.plux", "cannot write"),
     ],
 )
 def test_faults_of_the_user_are_one_line(
@@ -175,6 +176,116 @@ def test_faults_of_the_user_are_one_line(
     assert error.startswith("purelight-export: error: ")
     assert message in error
     assert not list(tmp_path.iterdir())
+
+
+def test_a_place_that_cannot_be_written_is_refused_before_any_work(
+    run_directory: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(RunDirectory, "open", lambda path: pytest.fail("work has begun"))
+    (tmp_path / "file").touch()
+    with pytest.raises(PureLightError, match="name is that of a file"):
+        export(run_directory, tmp_path / "file" / "lamp.plux")
+
+
+def test_a_missing_folder_is_made_and_a_lamp_is_called_like_its_scene(
+    run_directory: Path, tmp_path: Path
+) -> None:
+    config = RunDirectory(run_directory).config | {"luminaire": "/home/someone/desk lamp.xml"}
+    run = RunDirectory(shutil.copytree(run_directory, tmp_path / "run"))
+    run.write_json("config.json", config)
+    export(run.path, tmp_path / "new" / "folder" / "out.plux", networks=["appearance"])
+    opened = Bundle.open(tmp_path / "new" / "folder" / "out.plux")
+    assert opened.manifest.name == "desk lamp"
+    with pytest.raises(PureLightError, match="run directory"):
+        export(tmp_path / "nowhere", tmp_path / "another" / "out.plux")
+    assert not (tmp_path / "another").exists()
+
+
+@pytest.fixture(scope="module")
+def measured(
+    run_directory: Path, tmp_path_factory: pytest.TempPathFactory
+) -> tuple[RunDirectory, Path]:
+    """A run with figures in W, and its bundle."""
+    folder = tmp_path_factory.mktemp("measured")
+    run = RunDirectory(shutil.copytree(run_directory, folder / "run"))
+    figures = {"flux_error": [0.3, 0.2, 0.1], "student_flux": [3.1, 2.0, 0.9]}
+    spread = {"student_flux_error": [0.03, 0.02, 0.01], "held_out_gain_nats": 1.5}
+    run.write_json("metrics.json", figures | spread)
+    export(run.path, folder / "as traced.plux")
+    return run, folder / "as traced.plux"
+
+
+@pytest.mark.parametrize("factor", [2.0, 0.37, 1e-6, 1e6])
+def test_a_lamp_of_so_many_lumens(
+    measured: tuple[RunDirectory, Path], tmp_path: Path, factor: float
+) -> None:
+    run, path = measured
+    traced = Luminaire.open(path)
+    wanted = factor * lumens(traced.manifest.flux)
+    export(run.path, tmp_path / "lamp.plux", lumens=wanted)
+    scaled = Luminaire.open(tmp_path / "lamp.plux")
+    assert validate(tmp_path / "lamp.plux").exit_code == 0
+    before, after = traced.manifest, scaled.manifest
+    assert lumens(after.flux) == pytest.approx(wanted, rel=1e-6)
+    np.testing.assert_allclose(after.flux, np.multiply(before.flux, factor))
+    np.testing.assert_allclose(after.radiance_scale, before.radiance_scale * factor)
+    for key in ("flux_error", "student_flux", "student_flux_error"):
+        np.testing.assert_allclose(after.fidelity[key], np.multiply(before.fidelity[key], factor))
+    assert after.fidelity["held_out_gain_nats"] == 1.5
+    assert after.provenance["lumens"] == wanted
+    assert after.provenance["power_factor"] == pytest.approx(factor)
+    assert "lumens" not in before.provenance
+    surfaces = [luminaire.bundle.surface().triangle_flux for luminaire in (scaled, traced)]
+    np.testing.assert_allclose(surfaces[0], surfaces[1] * factor, rtol=1e-6)
+
+
+@pytest.mark.parametrize("compact", [False, True])
+def test_the_light_of_every_network_is_scaled_and_nothing_else(
+    measured: tuple[RunDirectory, Path], tmp_path: Path, compact: bool
+) -> None:
+    run, _ = measured
+    factor, bundles = 3.7, []
+    flux = run.description.flux
+    for name, wanted in (("a", None), ("b", factor * lumens(flux))):
+        export(run.path, tmp_path / f"{name}.plux", compact=compact, lumens=wanted)
+        bundles.append(Luminaire.open(tmp_path / f"{name}.plux"))
+    for name, (_, outputs) in SIGNATURES.items():
+        inputs = bundles[0].bundle.vectors(name).inputs
+        first, second = (luminaire.network(name)(inputs) for luminaire in bundles)
+        golden = bundles[1].bundle.vectors(name).outputs
+        for output in outputs:
+            times = factor if output in ("radiance", "radiance_map") else 1.0
+            np.testing.assert_allclose(second[output], times * first[output], rtol=2e-6)
+            wanted = times * bundles[0].bundle.vectors(name).outputs[output]
+            np.testing.assert_allclose(golden[output], wanted, rtol=2e-6)
+
+
+def test_photometry_is_scaled(measured: tuple[RunDirectory, Path], tmp_path: Path) -> None:
+    run, _ = measured
+    arguments = [str(run.path), "--output", str(tmp_path / "lamp.plux"), "--lumens", "806"]
+    assert cli.main([*arguments, "--networks", "appearance"]) == 0
+    file = IESFile.read(tmp_path / "lamp.ies")
+    assert file.photometry.total_optical_power() == pytest.approx(806, rel=0.01)
+
+
+def test_a_lamp_without_light_cannot_have_lumens(
+    run_directory: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run = RunDirectory(shutil.copytree(run_directory, tmp_path / "run"))
+    dark = {"flux": [0.0] * 3, "channels": [False] * 3}
+    run.write_json("description.json", run.read_json("description.json") | dark)
+    arguments = [str(run.path), "--output", str(tmp_path / "lamp.plux"), "--lumens", "806"]
+    assert cli.main(arguments) == 2
+    (error,) = capsys.readouterr().err.splitlines()
+    assert "gives no light" in error
+    assert not (tmp_path / "lamp.plux").exists()
+
+
+@pytest.mark.parametrize("text", ["0", "-1", "nan", "inf", "bright"])
+def test_lumens_are_a_number_above_zero(text: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        cli.main(["run", "--output", "lamp.plux", f"--lumens={text}"])
+    assert f"{text}: give a number above 0" in capsys.readouterr().err
 
 
 def test_an_unknown_network_is_named(capsys: pytest.CaptureFixture[str]) -> None:

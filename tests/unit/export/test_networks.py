@@ -56,7 +56,7 @@ def test_appearance(
     student = wild(Student, description, preset)
     student.gain.copy_(torch.tensor([1.1, 0.9, 1.0]))
     with torch.no_grad():
-        student.ceiling.copy_(student.raw(*tensors(*surface_inputs.values())).quantile(0.9))
+        student.ceiling.copy_(student.raw(*tensors(*surface_inputs.values())).quantile(0.9, 0))
     result = Session(networks.appearance(student, compact=compact))(surface_inputs)["radiance"]
     with torch.no_grad():
         expected = student(*tensors(*surface_inputs.values())).numpy()
@@ -66,7 +66,7 @@ def test_appearance(
 
 
 @pytest.mark.parametrize("route", ["teacher", "photons"])
-@pytest.mark.parametrize("anchor", [False, True])
+@pytest.mark.parametrize("anchor", ["none", "straight", "refracted", "both"])
 @pytest.mark.parametrize("compact", [False, True])
 def test_appearance_of_every_route(
     description: Description,
@@ -74,7 +74,7 @@ def test_appearance_of_every_route(
     wild: Wild,
     surface_inputs: dict[str, np.ndarray],
     compact: bool,
-    anchor: bool,
+    anchor: str,
     route: str,
 ) -> None:
     student = wild(Student, description, preset.for_route(route, anchor=anchor))
@@ -222,7 +222,8 @@ def test_fast_map(
     preset = replace(preset, fast_map_one_hot=one_hot)
     network = wild(FastMap, description, preset)
     with torch.no_grad():
-        network.ceiling.copy_(network.raw(torch.from_numpy(point)).flatten()[::97].quantile(0.9))
+        raw = network.raw(torch.from_numpy(point)).flatten(0, 1)
+        network.ceiling.copy_(raw[::97].quantile(0.9, 0))
     model = networks.fast_map(network, compact=compact)
     result = Session(model)({"point": point})["radiance_map"]
     with torch.no_grad():

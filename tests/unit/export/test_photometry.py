@@ -7,14 +7,13 @@ import pytest
 from photompy import IESFile
 
 from purelight_export.photometry import (
-    LUMENS_PER_WATT,
     Intensity,
     ies_file,
     intensity,
-    lumens,
     node_solid_angle,
     unit_ies_file,
 )
+from purelight_format.color import LUMENS_PER_WATT, lumens
 
 FLUX = (3.0, 2.0, 0.5)
 

@@ -141,9 +141,42 @@ def test_the_callers_own_file_errors_are_not_taken_for_ours(tmp_path: Path) -> N
         (tmp_path / "missing input").read_bytes()
 
 
-def test_a_missing_folder_is_one_clear_line(tmp_path: Path) -> None:
-    with pytest.raises(PureLightError, match="create the folder first"):
-        atomic.write_bytes(tmp_path / "nowhere" / "file", NEW)
+def test_a_missing_folder_is_made(tmp_path: Path) -> None:
+    path = tmp_path / "a" / "new folder" / "file"
+    atomic.write_bytes(path, NEW)
+    assert path.read_bytes() == NEW
+
+
+@pytest.mark.parametrize("name", ["taken/lamp.plux", "taken/folder/lamp.plux"])
+def test_a_folder_whose_name_is_taken_is_one_clear_line(tmp_path: Path, name: str) -> None:
+    (tmp_path / "taken").write_bytes(OLD)
+    for refuse in (atomic.check_file, lambda path: atomic.write_bytes(path, NEW)):
+        with pytest.raises(PureLightError, match="the folder's name is that of a file"):
+            refuse(tmp_path / name)
+    assert (tmp_path / "taken").read_bytes() == OLD
+
+
+def test_checking_a_place_leaves_nothing_behind(tmp_path: Path) -> None:
+    (tmp_path / "old").write_bytes(OLD)
+    atomic.check_file(tmp_path / "old")
+    atomic.check_file(tmp_path / "missing" / "new")
+    atomic.check_folder(tmp_path / "missing" / "folder")
+    assert [path.name for path in tmp_path.iterdir()] == ["old"]
+    assert (tmp_path / "old").read_bytes() == OLD
+
+
+@POSIX
+def test_places_that_cannot_be_written_are_found_before(tmp_path: Path) -> None:
+    (tmp_path / "link").symlink_to(tmp_path / "target")
+    for path in (tmp_path, tmp_path / "link"):
+        with pytest.raises(PureLightError, match="not a regular file"):
+            atomic.check_file(path)
+    with pytest.raises(PureLightError, match="choose a shorter name"):
+        atomic.check_file(tmp_path / ("x" * 300))
+    with pytest.raises(PureLightError, match="cannot write"):
+        atomic.check_folder("/proc/self/nowhere")
+    with pytest.raises(PureLightError, match="cannot write"):
+        atomic.check_folder(tmp_path / "link")
 
 
 @POSIX

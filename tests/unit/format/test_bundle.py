@@ -201,9 +201,29 @@ def test_inspect_says_how_faithful_a_lamp_is(
         "onnx_error": {"appearance": 1e-6, "sampler": 2e-5}, "mood": "cosy",
     }  # fmt: skip
     out = shown(path, capsys, fidelity=figures)
-    for words in ("gives off +1, +0, -1 % (R, G, B)", "known within 0.50%", "known within 0.10%",
-                  "5 times likelier", "within 2e-05", "mood cosy"):  # fmt: skip
+    wanted = (
+        "+1, +0, -1 % (R, G, B); up to 1 % may be chance",
+        "random rays (standard errors: networks 0.5 %, traced light 0.1 %)",
+        "5 times likelier", "within 2e-05", "mood cosy",
+    )  # fmt: skip
+    for words in wanted:
         assert words in out
+
+
+@pytest.mark.parametrize(
+    ("figures", "words"),
+    [
+        ({"student_flux": [4.04, 2.0, 0.99]}, "+1, +0, -1 % (R, G, B)"),
+        ({"flux_error": [0.004, 0, 0]}, "relative to the lamp's flux: traced light 0.1 %"),
+        ({"student_flux": [8, 2, 1], "flux_error": "unknown"}, "+100, +0, +0 % (R, G, B)"),
+    ],
+)
+def test_inspect_says_what_it_knows_of_the_brightness(
+    path: Path, capsys: pytest.CaptureFixture[str], figures: dict[str, object], words: str
+) -> None:
+    out = shown(path, capsys, fidelity=figures)
+    assert words in out
+    assert "chance" not in out
 
 
 @pytest.mark.parametrize("wrong", ["text", [1, 2], [True] * 3, {"a": "b"}, None, 1e999, []])

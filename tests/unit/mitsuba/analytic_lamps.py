@@ -131,6 +131,20 @@ def fast_map(colour: Sequence[float] = COLOUR) -> bytes:
     return graph.to_bytes()
 
 
+def shining_map() -> bytes:
+    """A map like a trained one: a few layers and an exponential, half of its cells dark."""
+    graph, rng = Graph("fast_map"), np.random.default_rng(7)
+    x = (graph.input("point", 3) - np.array(CENTRE)) * (1 / RADIUS)
+    for width in (24, 24):
+        weight = rng.normal(size=(width, x.shape[0])) / math.sqrt(x.shape[0])
+        x = graph.relu(graph.linear(x, weight.astype(np.float32), np.ones(width, np.float32)))
+    weight, bias = rng.normal(size=(768, 24)) / 3, rng.normal(size=768)
+    raw = graph.linear(x, weight.astype(np.float32), bias.astype(np.float32))
+    radiance = graph.exp(graph.clip(raw, 0.0, 4.0)) - 1.0
+    graph.output("radiance_map", graph.channels_last(graph.reshape(radiance, 3, 16, 16)))
+    return graph.to_bytes()
+
+
 # Lamps
 
 
@@ -149,6 +163,24 @@ def glass_sheet(through: Sequence[float]) -> Lamp:
     vertices = np.array([[x, y, 0] for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))]) * corner
     mesh = trimesh.Trimesh(vertices, [[0, 1, 2], [0, 2, 3]], process=False)
     networks = {"appearance": _black(), "transparency": transparency(through)}
+    return Lamp(_surface(mesh, 0.0), networks, np.zeros(3))
+
+
+def two_panes(through: float, offset: float = 0.1) -> Lamp:
+    """Dark square panes across the x axis; a line that has both ahead is let through twice."""
+    graph = Graph("transparency")
+    position, _, outgoing = (graph.input(n, 3) for n in ("position", "normal", "outgoing"))
+    side = graph.sign(graph.slice(position, 0, 1) - CENTRE[0])
+    both = side * graph.sign(graph.slice(outgoing, 0, 1))
+    one, two = through, through**2
+    level = both * (0.5 * (two - one)) + 0.5 * (two + one)
+    graph.output("transmittance", position * 0.0 + level)
+    networks = {"appearance": _black(), "transparency": graph.to_bytes()}
+    corners = [(y, z) for y, z in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+    half = 0.6 * RADIUS
+    vertices = [(x, y * half, z * half) for x in (offset, -offset) for y, z in corners]
+    faces = [[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]]
+    mesh = trimesh.Trimesh(np.array(vertices), faces, process=False)
     return Lamp(_surface(mesh, 0.0), networks, np.zeros(3))
 
 

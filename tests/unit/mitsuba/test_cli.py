@@ -47,6 +47,12 @@ def test_writes_both_pictures(scene: Path, capsys: pytest.CaptureFixture[str]) -
     assert "2 samples per pixel, fast" in capsys.readouterr().out
 
 
+def test_a_missing_folder_is_made(scene: Path) -> None:
+    output = scene.parent / "new" / "folder" / "out.exr"
+    assert main([str(scene), "--output", str(output)]) == 0
+    assert output.is_file()
+
+
 def test_arguments_override_the_scene(scene: Path, capsys: pytest.CaptureFixture[str]) -> None:
     output = str(scene.with_name("out.exr"))
     assert main([str(scene), "--output", output, "--mode", "accurate", "--spp", "3"]) == 0
@@ -137,7 +143,7 @@ def test_faults_in_a_scene(
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (["--output", "/nowhere/at/all.exr"], "no such folder"),
+        (["--output", "/dev/null/at/all.exr"], "cannot write"),
         (["--output", "picture.jpg"], ".exr"),
         (["--spp", "0"], "--spp"),
         (["--variant", "cuda_mono"], "variant cuda_mono"),

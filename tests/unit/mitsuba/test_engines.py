@@ -16,7 +16,15 @@ from agreement import agree, passes
 
 from purelight_export.graph import Graph
 from purelight_format.errors import PureLightError
-from purelight_mitsuba import answers, integrator, paths, queued, scene_parts
+from purelight_mitsuba import (
+    answers,
+    batched_maps,
+    integrator,
+    paths,
+    queries,
+    queued,
+    scene_parts,
+)
 from purelight_mitsuba.luminaire import load
 from purelight_onnx.luminaire import Luminaire
 
@@ -41,7 +49,7 @@ def layered() -> bytes:
 @pytest.fixture(scope="module")
 def bundle(tmp_path_factory: pytest.TempPathFactory) -> Path:
     lamp = lamps.ball()
-    lamp.networks["appearance"] = layered()
+    lamp.networks.update(appearance=layered(), fast_map=lamps.shining_map())
     return lamp.write(tmp_path_factory.mktemp("lamps") / "layered.plux")
 
 
@@ -99,6 +107,18 @@ def test_answers_in_batches_are_those_of_the_kernel(
     batched = count_calls(monkeypatch, answers, "_batched")
     monkeypatch.setattr(answers, "LARGEST_COMPILED", -1)
     np.testing.assert_allclose(render(scene), compiled, rtol=1e-4, atol=1e-5)
+    assert batched
+
+
+def test_maps_in_batches_are_those_of_the_kernel(
+    scene: mi.Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A batch is smaller than the queue, and the networks are not translated without need."""
+    compiled = render(scene, mode="fast")
+    batched = count_calls(monkeypatch, queries, "draw_batched")
+    monkeypatch.setattr(batched_maps, "LARGEST_COMPILED", -1)
+    monkeypatch.setattr(batched_maps, "ROWS", 3000)
+    np.testing.assert_allclose(render(scene, mode="fast"), compiled, rtol=1e-3, atol=1e-4)
     assert batched
 
 

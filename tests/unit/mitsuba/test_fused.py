@@ -249,6 +249,21 @@ def test_matrix_product_and_scaled_layer(inputs: int) -> None:
     check(nodes, (7,), m=matrix, w=weight, b=bias)
 
 
+def test_outputs_that_nobody_uses_are_not_computed() -> None:
+    """Of a wide layer, only the blocks that are asked for get into the kernel."""
+    nodes, constants = layers([256], np.random.default_rng(4))
+    wide = FusedNetwork(model([node("Concat", "x y", "c", axis=1), *nodes], constants, (256,)))
+    x = mi.Point3f(np.random.default_rng(6).normal(size=(3, ROWS)).astype(np.float32))
+    (columns,) = wide(x, x)
+    operations = []
+    with dr.scoped_set_flag(dr.JitFlag.KernelHistory, True):
+        for used in (columns[:1], columns):
+            dr.kernel_history_clear()
+            dr.eval(sum(used[1:], used[0]))
+            operations.append(sum(kernel["operation_count"] for kernel in dr.kernel_history()))
+    assert operations[0] < operations[1] / 4
+
+
 def test_a_network_runs_in_a_symbolic_loop() -> None:
     nodes, constants = layers([16, 3], np.random.default_rng(5))
     network = FusedNetwork(model([node("Concat", "x y", "c", axis=1), *nodes], constants))

@@ -256,6 +256,15 @@ def test_notes_name_what_is_left_out(tmp_path: Path) -> None:
     assert [note.split(":")[0] for note in found.notes] == ["/Hair", "/Quad", "/M/S"]
 
 
+def test_a_participating_medium_is_named(tmp_path: Path) -> None:
+    fog = 'def Shader "Fog"\n    {\n        token outputs:volume\n    }\n    def Shader "S"'
+    material = MATERIAL.format(inputs="").replace('def Shader "S"', fog)
+    volume = "token outputs:volume.connect = </M/Fog.outputs:volume>"
+    material = material.replace("token outputs:surface", f"{volume}\n    token outputs:surface", 1)
+    found = loaded(tmp_path, MESH.format(orientation="rightHanded", scale=1), material)
+    assert found.notes == ["/M/Fog: a participating medium; rendered without it"]
+
+
 def fault(path: Path, capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
     assert main([str(path), "--output", str(path.with_name("o.exr")), *arguments]) == 2
     lines = capsys.readouterr().err.splitlines()

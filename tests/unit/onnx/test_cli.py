@@ -22,14 +22,14 @@ def opened(bundle: Any, monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.usefixtures("opened")
 def test_a_picture_and_its_preview_are_written(tmp_path: Path) -> None:
-    output = tmp_path / "view.exr"
+    output = tmp_path / "new" / "view.exr"
     arguments = ["--size", "24", "--spp", "1", "--background", "1", "0", "0"]
     assert cli.main(["lamp.plux", "--output", str(output), *arguments]) == 0
     with OpenEXR.File(str(output)) as file:
         pixels = file.channels()["RGB"].pixels
     assert pixels.shape == (24, 24, 3)
     assert pixels[0, 0].tolist() == [1, 0, 0]
-    assert Image.open(tmp_path / "view.png").size == (24, 24)
+    assert Image.open(output.with_suffix(".png")).size == (24, 24)
 
 
 @pytest.mark.usefixtures("opened")
@@ -42,7 +42,7 @@ def test_a_picture_and_its_preview_are_written(tmp_path: Path) -> None:
         (["--output", "view.exr", "--spp", "0"], "--spp"),
         (["--output", "view.exr", "--seed", "-1"], "--seed"),
         (["--output", "view.exr", "--background", "nan", "0", "0"], "--background"),
-        (["--output", "missing/view.exr", "--size", "4"], "missing"),
+        (["--output", "/dev/null/view.exr", "--size", "4"], "cannot write"),
     ],
 )
 def test_faults_of_the_user_are_one_line(

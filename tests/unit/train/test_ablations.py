@@ -12,8 +12,8 @@ import torch
 from purelight_format.geometry import BoundingSphere
 from purelight_train.ablations.histogram_sampler import HistogramSampler
 from purelight_train.ablations.shell import Shell, Shell4D, ShellAppearance, ShellFactorised
-from purelight_train.learning.flux_closure import cosine_directions
 from purelight_train.light.description import Description
+from purelight_train.light.exit_surface import cosine_directions
 from purelight_train.presets import DRAFT, FlowSize, GridSize, MLPSize
 
 SPHERE = BoundingSphere((0.1, 0.2, -0.1), 2.0)

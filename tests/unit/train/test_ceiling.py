@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 
 import numpy as np
 import pytest
@@ -32,30 +31,51 @@ def unit(count: int, seed: int) -> np.ndarray:
     return (value / np.linalg.norm(value, axis=1, keepdims=True)).astype(np.float32)
 
 
-def light(count: int) -> ExitRecords:
-    weight = np.tile(np.float32([1, 1, 0]), (count, 1))
-    at = unit(count, 0)
-    return ExitRecords(at, at, unit(count, 1), weight, np.zeros(count, bool), count)
+def light(weight: np.ndarray) -> ExitRecords:
+    """Light with weights [N, 3] that all escapes."""
+    count = len(weight)
+    at, free = unit(count, 0), np.full(count, np.inf, np.float32)
+    bare = np.zeros(count, bool)
+    return ExitRecords(at, at, at, unit(count, 1), weight.astype(np.float32), free, bare, count)
 
 
-@pytest.mark.parametrize("link", ["log", "log1p"])
-@pytest.mark.parametrize("strays", [0, 3])
-def test_ceiling_is_twice_the_radiance_of_light(link: str, strays: int) -> None:
-    """A few rays of 1e8 times the mean, less than 1e-4 of the light, do not lift it."""
+def ceilings(
+    link: str, brightness: np.ndarray, weight: np.ndarray, brightest: np.ndarray
+) -> np.ndarray:
+    """Radiance that each channel is bounded by, where held-out light has `brightness` [N, 3]."""
     from purelight_train.runs.evaluation import set_ceiling
 
     student = Student(LAMP, dataclasses.replace(DRAFT, student_link=link))
     student.gain.copy_(torch.tensor([0.9, 1.1, 1.0]))
-    brightness = np.linspace(1, 100, 40_000)
+    set_ceiling(student, lambda *_: brightness.astype(np.float32), light(weight), brightest)
+    unit = torch.exp(student.ceiling) if link == "log" else torch.expm1(student.ceiling)
+    return (unit * student.scale * student.gain).detach().numpy()
+
+
+@pytest.mark.parametrize("link", ["log", "log1p"])
+@pytest.mark.parametrize("strays", [0, 3])
+def test_ceiling_without_area_is_twice_the_radiance_of_light(link: str, strays: int) -> None:
+    """A few rays of 1e8 times the mean, less than 1e-4 of the light, do not lift it."""
+    brightness = np.repeat(np.linspace(1, 100, 40_000)[:, None], 3, 1)
     brightness[:strays] = 1e8
-    factor = (student.scale * student.gain).numpy()
+    weight = np.tile([1, 1, 0], (len(brightness), 1))
+    bound = ceilings(link, brightness, weight, np.full(3, np.inf))
+    np.testing.assert_allclose(bound[:2], 200, rtol=1e-3)
 
-    def radiance(*_: np.ndarray) -> np.ndarray:
-        return (brightness[:, None] * factor).astype(np.float32)
 
-    set_ceiling(student, radiance, light(len(brightness)))
-    bound = (math.exp if link == "log" else math.expm1)(float(student.ceiling))
-    assert bound == pytest.approx(200, rel=1e-3)
+@pytest.mark.parametrize("link", ["log", "log1p"])
+def test_no_emitter_is_dimmed(link: str) -> None:
+    """A faint green light and one through a pinhole, each less than 1e-4 of all light, stay."""
+    brightness = np.tile([10.0, 0.1, 0.0], (40_000, 1))
+    weight = np.tile([1.0, 0.0, 0.0], (len(brightness), 1))
+    brightness[:2, 0] = 5000  # the pinhole
+    brightness[2:5, 1], weight[2:5] = 70, [0, 1e-3, 0]
+    bound = ceilings(link, brightness, weight, np.array([6000.0, 80.0, 0.0]))
+    np.testing.assert_allclose(bound[:2], [10_000, 140], rtol=1e-3)
+    strays = brightness.copy()
+    strays[9] = 1e8
+    bound = ceilings(link, strays, weight, np.array([6000.0, 80.0, 0.0]))
+    np.testing.assert_allclose(bound[0], 12_000, rtol=1e-3)
 
 
 @torch.no_grad()
@@ -65,7 +85,7 @@ def test_student_never_exceeds_its_ceiling(link: str) -> None:
     student.network[-1].weight.mul_(1e4)
     rays = [torch.from_numpy(unit(4096, seed)) for seed in range(3)]
     assert float(student(*rays).max()) > 1e6
-    student.ceiling.fill_(2.0)
+    student.ceiling.copy_(torch.tensor([2.0, 3.0, 1.0]))
     top = torch.exp(student.ceiling) if link == "log" else torch.expm1(student.ceiling)
     bound = top * student.scale * student.channels
     value = student(*rays)
@@ -79,8 +99,8 @@ def test_no_cell_of_the_map_is_brighter_than_what_it_learned() -> None:
     network.network[-1].weight.mul_(1e4)
     point, radiance = torch.from_numpy(3 * unit(64, 0)), torch.rand(64, 256, 3)
     network.close_power(point, radiance)
-    bound = float((radiance[..., :2] / network.scale[:2]).max())
+    bound = (radiance / network.scale).amax((0, 1))
     far = network(torch.from_numpy(5 * unit(512, 1))) / (network.scale * network.gain)
-    assert float(far[..., :2].max()) == pytest.approx(bound, rel=1e-4)
+    torch.testing.assert_close(far.amax((0, 1, 2))[:2], bound[:2], rtol=1e-4, atol=0)
     total = network(point).sum((0, 1, 2))
     torch.testing.assert_close(total[:2], radiance.sum((0, 1))[:2], rtol=1e-4, atol=0)

@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from purelight_train import size_cli, threads
 from purelight_train.cli import main
 
 CASES = {
@@ -46,3 +47,16 @@ def test_faulty_scene(
     assert error[0].startswith("purelight-train: error: ")
     assert reason in error[0]
     assert not output.exists()
+
+
+def test_a_place_that_cannot_be_written_is_refused_before_any_work(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(threads, "use", lambda count: pytest.fail("work has begun"))
+    (tmp_path / "file").touch()
+    output = ["--output", str(tmp_path / "file" / "run")]
+    assert main(["lamp.xml", *output]) == 2
+    assert size_cli.main(["run", *output, "--target-error", "0.1"]) == 2
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) == 2
+    assert all("cannot write" in line for line in lines)

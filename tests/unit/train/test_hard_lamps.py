@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+import warnings
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+import trimesh
 
 from purelight_format.errors import PureLightError
 
@@ -138,13 +140,13 @@ def test_copies_and_slivers_are_left_out(mitsuba: Any) -> None:
     empty = np.array([[0, 0, 1], [2, 2, 2]], np.uint32)
     doubled = np.concatenate((faces, faces[:, ::-1] + len(corners), empty))
     rng = np.random.default_rng(0)
-    surface = visible_part(np.concatenate((corners, corners)), doubled, 1 << 14, rng)
+    surface = visible_part(np.concatenate((corners, corners)), doubled, None, 1 << 14, rng)
     assert len(surface.triangles) == 12
     assert surface.area == pytest.approx(6)
     position, normal = surface.sample(1000, rng)
     assert (np.einsum("nd,nd->n", position, normal) > 0.49).all()
     with pytest.raises(PureLightError, match="no area"):
-        visible_part(corners, empty, 1 << 10, rng)
+        visible_part(corners, empty, None, 1 << 10, rng)
 
 
 @pytest.mark.parametrize("change", ["flipped", "open"])
@@ -189,3 +191,54 @@ def test_lamp_file_with_glass_inside_out_is_warned_of(mitsuba: Any, tmp_path: Pa
         load_luminaire(path)
     path.write_text(text.format(flip="false"))
     load_luminaire(path)
+
+
+@pytest.mark.parametrize(("glass", "refused"), [("dielectric", True), ("roughdielectric", False)])
+def test_rays_without_radiance_are_refused(
+    mitsuba: Any, tmp_path: Path, glass: str, refused: bool
+) -> None:
+    """A point light in clear glass sends out rays; in rough glass its light has a radiance."""
+    from purelight_format.errors import PureLightError
+    from purelight_train.presets import DRAFT
+    from purelight_train.runs.pipeline import start
+
+    scene = tmp_path / "lamp.xml"
+    scene.write_text(f"""<scene version="3.0.0">
+      <emitter type="point"><rgb name="intensity" value="1"/></emitter>
+      <shape type="sphere"><bsdf type="{glass}"/></shape></scene>""")
+    run = tmp_path / "run"
+    if refused:
+        with pytest.raises(PureLightError, match=r"100 % .* without area"):
+            start(scene, run, DRAFT, 0, "cpu", resume=False, route="photons")
+        assert not run.exists()
+    else:
+        start(scene, run, DRAFT, 0, "cpu", resume=False, route="photons")
+
+
+@pytest.mark.parametrize(("shape", "triangles"), [("rectangle", 2), ("cube", 12), ("disk", None)])
+def test_flat_shapes_by_formula_load_without_a_warning(
+    mitsuba: Any, tmp_path: Path, shape: str, triangles: int | None
+) -> None:
+    """Mitsuba's rectangle says that it is a mesh and has normals, but shows no triangles."""
+    from purelight_train.light.luminaire import load_luminaire
+
+    emitter = '<emitter type="area"><rgb name="radiance" value="1"/></emitter>'
+    path = tmp_path / "lamp.xml"
+    path.write_text(f'<scene version="3.0.0"><shape type="{shape}">{emitter}</shape></scene>')
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        surface = load_luminaire(path).exit_surface
+    assert triangles is None or len(surface.triangles) == triangles
+
+
+def test_smooth_emitters_are_warned_of(mitsuba: Any, tmp_path: Path) -> None:
+    from purelight_train.light.luminaire import load_luminaire
+
+    trimesh.creation.icosphere(subdivisions=2).export(tmp_path / "ball.ply")
+    path = tmp_path / "lamp.xml"
+    path.write_text(
+        '<scene version="3.0.0"><shape type="ply"><string name="filename" value="ball.ply"/>'
+        '<emitter type="area"><rgb name="radiance" value="1"/></emitter></shape></scene>'
+    )
+    with pytest.warns(UserWarning, match="smooth normals"):
+        load_luminaire(path)

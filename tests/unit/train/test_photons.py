@@ -11,25 +11,29 @@ import pytest
 import torch
 
 from purelight_format.errors import PureLightError
-from purelight_train.learning.photon_loss import chosen_loss, logistic, poisson
+from purelight_train.learning.photon_loss import both, chosen_loss, logistic, poisson
 from purelight_train.presets import DRAFT
 
 TRUE = torch.tensor([0.02, 0.5, 3.0, 200.0], dtype=torch.float64)  # radiance of four cells
 
 
-@pytest.mark.parametrize("loss", [poisson, logistic(1.0), logistic(3.0), logistic(30.0)])
-@pytest.mark.parametrize("measure", [1.0, 0.4])
-def test_least_at_the_radiance(loss: Any, measure: float) -> None:
+BRIGHTEST = torch.tensor([1000.0])
+LOSSES = [
+    poisson(BRIGHTEST), logistic(1.0), logistic(3.0), logistic(30.0), both(0.2, BRIGHTEST),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("loss", LOSSES)
+def test_least_at_the_radiance(loss: Any) -> None:
     """With every cell a reference ray and a photon of the cell's weight, the minimum is TRUE."""
     raw = torch.zeros(4, 1, dtype=torch.float64, requires_grad=True)
     optimizer = torch.optim.LBFGS(
         [raw], max_iter=500, tolerance_change=0, line_search_fn="strong_wolfe"
     )
-    weight, visible = (TRUE * measure)[:, None], torch.full((4, 1), measure, dtype=torch.float64)
 
     def closure() -> torch.Tensor:
         optimizer.zero_grad()
-        value: torch.Tensor = loss(raw, weight, raw, visible)
+        value: torch.Tensor = loss(raw, TRUE[:, None], raw)
         value.backward()
         return value
 
@@ -37,22 +41,30 @@ def test_least_at_the_radiance(loss: Any, measure: float) -> None:
     torch.testing.assert_close(raw.detach()[:, 0], TRUE.log(), atol=1e-3, rtol=0)
 
 
+@pytest.mark.parametrize("loss", LOSSES)
+def test_a_stray_ray_neither_outweighs_the_others_nor_is_lost(loss: Any) -> None:
+    """At a reference ray of e^40 times the mean the gradient is bounded, and points back."""
+    strayed = torch.tensor([[40.0]], requires_grad=True)
+    loss(torch.zeros(1, 1), torch.ones(1, 1), strayed).backward()
+    assert strayed.grad is not None
+    assert 0.1 < float(strayed.grad) < 2000
+
+
 def test_unknown_loss_is_refused() -> None:
     import dataclasses
 
     with pytest.raises(PureLightError, match="logistic"):
-        chosen_loss(dataclasses.replace(DRAFT, photon_loss="cubic"))
+        chosen_loss(dataclasses.replace(DRAFT, photon_loss="cubic"), BRIGHTEST)
 
 
 def test_reference_rays_are_uniform_by_area_and_projected_angle(lamp: Path) -> None:
-    """On a convex lamp their measure is pi A, their cosine 2/3 and their points uniform."""
+    """Their cosine is 2/3 in the mean, and their points are uniform."""
     from purelight_train.learning.photon_batches import reference_rays
     from purelight_train.light.luminaire import load_luminaire
 
     surface = load_luminaire(lamp).exit_surface
     rng = np.random.default_rng(0)
-    position, normal, outgoing, measure = reference_rays(surface, 1 << 18, rng)
-    assert measure == pytest.approx(1, abs=5e-3)
+    position, normal, outgoing = reference_rays(surface, 1 << 18, rng)
     cosine = np.einsum("nd,nd->n", normal, outgoing)
     assert cosine.mean() == pytest.approx(2 / 3, abs=2e-3)
     offset = position - np.asarray(surface.sphere.center)
@@ -93,20 +105,21 @@ def test_student_finds_a_lambertian_sphere(lamp: Path, mitsuba: Any) -> None:
     )
     luminaire = load_luminaire(path)
     records = trace_records(luminaire.scene, 1, 0)
-    description = Description.of(records, luminaire.exit_surface)
+    description = Description.of(records, luminaire)
     small = dataclasses.replace(
         DRAFT, student_grid=GridSize(1, 2, 4, 4, 1 << 10), student_network=MLPSize(16, 1)
-    ).for_route("photons", anchor=False)
+    ).for_route("photons", anchor="none")
     torch.manual_seed(0)
     student = Student(description, small)
     batches = PhotonBatches(luminaire, description, torch.device("cpu"))
     adam, rng = torch.optim.Adam(student.parameters(), lr=1e-2), np.random.default_rng(0)
+    loss = chosen_loss(small, torch.tensor([10.0, 10.0]))
     for step in range(120):
         adam.param_groups[0]["lr"] = 1e-2 * 0.5 * (1 + math.cos(math.pi * step / 120))
         adam.zero_grad()
-        student_loss(student, *batches.draw(rng, 1 << 11), chosen_loss(small)).backward()
+        student_loss(student, *batches.draw(rng, 1 << 11), loss).backward()
         adam.step()
-    *rays, _ = batches.references.draw(rng, 1 << 12)
+    rays = batches.references.draw(rng, 1 << 12)
     with torch.no_grad():
         value = student(*rays).numpy()
     assert (value[:, 1] == 0).all()

@@ -39,9 +39,9 @@ def test_touched_counts_the_corners_of_cells() -> None:
     assert touched(np.array([[1.0, 1.0, 1.0]]), 4) == 8
 
 
-@pytest.mark.parametrize("anchor", [False, True])
+@pytest.mark.parametrize("anchor", ["none", "straight", "both"])
 @pytest.mark.parametrize("base", [DRAFT, STANDARD])
-def test_ladder_climbs_to_the_preset(base: Preset, anchor: bool) -> None:
+def test_ladder_climbs_to_the_preset(base: Preset, anchor: str) -> None:
     preset = base.for_route("photons", anchor=anchor)
     rungs = ladder(preset, Disk(), np.random.default_rng(0))  # type: ignore[arg-type]
     macs = [rung.macs for rung in rungs]

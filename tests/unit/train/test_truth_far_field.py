@@ -20,7 +20,9 @@ def lobe(count: int = 1 << 18) -> ExitRecords:
     direction = direction[rng.random(len(shape)) < shape / 1.75][:count].astype(np.float32)
     zero = np.zeros_like(direction)
     weight = np.broadcast_to(POWER.astype(np.float32), direction.shape).copy()
-    return ExitRecords(zero, zero, direction, weight, np.zeros(count, bool), count)
+    free = np.full(count, np.inf, np.float32)
+    bare = np.zeros(count, bool)
+    return ExitRecords(zero, zero, zero, direction, weight, free, bare, count)
 
 
 def expected(direction: NDArray[np.float64]) -> NDArray[np.float64]:

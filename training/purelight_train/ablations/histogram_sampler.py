@@ -1,4 +1,4 @@
-"""A sampler of 16x16 cells instead of a flow (paper Sec. 4.4, after Zhu et al. 2021)."""
+"""A sampler of 16x16 cells instead of a flow (paper Sec. 4.5, after Zhu et al. 2021)."""
 
 from __future__ import annotations
 

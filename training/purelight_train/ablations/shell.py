@@ -1,4 +1,4 @@
-"""Appearance on the bounding sphere instead of the exit surface (paper Sec. 4.4, `Shell 4D`).
+"""Appearance on the bounding sphere instead of the exit surface (paper Sec. 4.5, `Shell 4D`).
 
 Radiance does not change along a ray, so the light that leaves the lamp at x along w is that which
 leaves the sphere where the ray crosses it. Its density is learned there by flows alone: in four

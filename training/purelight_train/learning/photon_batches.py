@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -12,55 +11,43 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from purelight_train.light.description import Description
-from purelight_train.light.exit_records import ExitRecords
-from purelight_train.light.exit_surface import ExitSurface, inward_rays
+from purelight_train.light.exit_records import ExitRecords, settle
+from purelight_train.light.exit_surface import ExitSurface, cosine_directions
 from purelight_train.light.light_tracing import BATCH, trace_records
 from purelight_train.light.luminaire import Luminaire
 
 Float = NDArray[np.float32]
 Chunk = tuple[Tensor, ...]
-LINES = 1 << 20
+RAYS = 1 << 19
 
 
 def seen_photons(
     records: ExitRecords, surface: ExitSurface, flux: NDArray[np.float64]
 ) -> tuple[Float, Float, Float, Float]:
-    """Records by position, geometric normal and direction as a viewer meets them, and weight.
-
-    Those that a viewer meets elsewhere (shapes are tessellated) are left out.
+    """Position, geometric normal and direction of light as a viewer meets it, and its weight.
 
     Returns:
-        four of [N, 3]; the weights are relative to the flux, so that their mean is one in every
-        channel present, but for what was left out.
+        four of [N, 3]; the weights are relative to the flux, so that in every channel present their
+        sum over N is one for the light that escapes, and more with light that meets the lamp again.
     """
-    reach = 3 * surface.sphere.radius
-    hits = surface.intersect(records.position + reach * records.direction, -records.direction)
-    distance = np.linalg.norm(hits.position - records.position[hits.index], axis=1)
-    near = distance < 1e-2 * surface.sphere.radius
-    index = hits.index[near]
-    scale = np.divide(len(index) / records.paths, flux, out=np.zeros(3), where=flux > 0)
-    weight = (records.weight[index] * scale).astype(np.float32)
-    return hits.position[near], hits.normal[near], records.direction[index], weight
+    seen, _ = settle(records, surface)
+    scale = np.divide(len(seen) / records.paths, flux, out=np.zeros(3), where=flux > 0)
+    weight = (seen.weight * scale).astype(np.float32)
+    return seen.position, seen.normal, seen.direction, weight
 
 
 def reference_rays(
-    surface: ExitSurface, lines: int, rng: np.random.Generator
-) -> tuple[Float, Float, Float, float]:
-    r"""Pairs (position, outgoing) uniform by area and projected solid angle.
+    surface: ExitSurface, count: int, rng: np.random.Generator
+) -> tuple[Float, Float, Float]:
+    r"""Position, normal and outgoing direction, uniform by area and projected solid angle.
 
-    They are where uniform lines through the bounding sphere first meet the lamp, so that pairs
-    whose light would meet the lamp again never occur.
-
-    Returns:
-        position, normal, outgoing, each [N, 3]; and their whole measure over :math:`\pi A`, which
-        is one for a convex lamp: the mean of f over the pairs, times it, estimates
-        :math:`\frac{1}{\pi A} \int\int f \cos\theta\,d\omega\,dA` without bias.
+    Light that meets the lamp again is among them, as it is among the photons: points under a shade
+    see it. The mean of f over the pairs estimates
+    :math:`\frac{1}{\pi A} \int\int f \cos\theta\,d\omega\,dA`, with A the area of both sides of
+    sheets.
     """
-    origin, direction = inward_rays(surface.sphere, lines, rng, cosine=True)
-    hits = surface.intersect(origin, direction)
-    radius = 1.0001 * surface.sphere.radius  # where `inward_rays` start
-    measure = len(hits.index) / lines * 4 * math.pi * radius**2 / surface.area
-    return hits.position, hits.normal, -direction[hits.index], measure
+    position, normal = surface.sample(count, rng)
+    return position, normal, cosine_directions(normal, rng)
 
 
 @dataclass
@@ -94,19 +81,18 @@ class PhotonBatches:
         self.photons, self.references = Stream(self._photons), Stream(self._references)
 
     def draw(self, rng: np.random.Generator, size: int) -> tuple[Chunk, Chunk]:
-        """As many photons as reference rays: (position, normal, outgoing, weight or measure)."""
+        """As many photons as reference rays: (position, normal, outgoing), and photons' weight."""
         return self.photons.draw(rng, size), self.references.draw(rng, size)
 
     def _photons(self, number: int) -> Chunk:
-        records = trace_records(self.luminaire.scene, BATCH, number)
-        return self._shuffled(
-            number, *seen_photons(records, self.luminaire.exit_surface, self.flux)
-        )
+        surface = self.luminaire.exit_surface
+        records = trace_records(self.luminaire.scene, BATCH, number, surface=surface)
+        return self._shuffled(number, *seen_photons(records, surface, self.flux))
 
     def _references(self, number: int) -> Chunk:
         rng = np.random.default_rng(number)
-        *rays, measure = reference_rays(self.luminaire.exit_surface, LINES, rng)
-        return self._shuffled(number, *rays, np.full((len(rays[0]), 1), measure, np.float32))
+        rays = reference_rays(self.luminaire.exit_surface, RAYS, rng)
+        return tuple(torch.from_numpy(a).to(self.device) for a in rays)
 
     def _shuffled(self, number: int, *arrays: Float) -> Chunk:
         order = np.random.default_rng([number, 1]).permutation(len(arrays[0]))

@@ -1,13 +1,15 @@
 r"""Fitting radiance straight to photons, without a density model to normalise (design, `photons`).
 
 With f = radiance / scale, reference pairs uniform by area x projected solid angle, and photons of
-relative weight w, both losses below are least where f is the lamp's radiance:
+relative weight w, the losses below are least where f is the lamp's radiance:
 
 - `poisson`: the likelihood of a Poisson process with intensity f,
   :math:`E_{ref}[f] - E_{photon}[w \log f]`;
 - `logistic`: telling photons from `ratio` times as many reference pairs (noise-contrastive
   estimation, Gutmann and Hyvaerinen 2010), whose gradients are bounded where f is huge:
-  :math:`r\,E_{ref}[\log(1 + f / r)] + E_{photon}[w \log(1 + r / f)]`.
+  :math:`r\,E_{ref}[\log(1 + f / r)] + E_{photon}[w \log(1 + r / f)]`;
+- `both`: their sum. What a small network cannot fit, the bounded loss bends towards the bright,
+  whereas the stationary point of the likelihood keeps the energy.
 """
 
 from __future__ import annotations
@@ -15,7 +17,9 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
+import numpy as np
 import torch
+from numpy.typing import NDArray
 from torch import Tensor
 from torch.nn.functional import softplus
 
@@ -24,48 +28,78 @@ from purelight_train.learning.photon_batches import Chunk
 from purelight_train.networks.student import Student
 from purelight_train.presets import Preset
 
-Loss = Callable[[Tensor, Tensor, Tensor, Tensor], Tensor]
+Loss = Callable[[Tensor, Tensor, Tensor], Tensor]
+UNKNOWN_BRIGHTEST = 1e5  # times the mean radiance, where emitters without area set no bound
 
 
-def poisson(photon: Tensor, weight: Tensor, reference: Tensor, measure: Tensor) -> Tensor:
-    """Negative log-likelihood.
+def poisson(brightest: Tensor) -> Loss:
+    """Negative log-likelihood, of the arguments
+
+        photon, reference: log f at photons [N, C] and at reference pairs [M, C];
+        weight: [N, C] of the photons.
 
     Arguments:
-        photon, reference: log f at photons [N, C] and at reference pairs [M, C].
-        weight: [N, C] of the photons, of mean one.
-        measure: [M, 1] of all reference pairs over pi times the area.
+        brightest: [C] no lamp's f is larger: from there on its exponential goes on as a straight
+            line, or one stray ray in a million would outweigh all others.
     """
-    return (torch.exp(reference) * measure).mean() - (weight * photon).mean()
 
-
-def logistic(ratio: float) -> Loss:
-    """Classification loss with `ratio` reference pairs a photon; arguments as for `poisson`."""
-    shift = math.log(ratio)
-
-    def loss(photon: Tensor, weight: Tensor, reference: Tensor, measure: Tensor) -> Tensor:
-        missed = softplus(shift - photon) * weight
-        return ratio * (softplus(reference - shift) * measure).mean() + missed.mean()
+    def loss(photon: Tensor, weight: Tensor, reference: Tensor) -> Tensor:
+        beyond = (reference - torch.log(brightest)).clamp(min=0)
+        intensity = torch.exp(torch.minimum(reference, torch.log(brightest))) * (1 + beyond)
+        return intensity.mean() - (weight * photon).mean()
 
     return loss
 
 
-def chosen_loss(preset: Preset) -> Loss:
-    """The loss a preset names.
+def logistic(ratio: float) -> Loss:
+    """Classification loss with `ratio` reference pairs a photon; its arguments are `poisson`'s."""
+    shift = math.log(ratio)
+
+    def loss(photon: Tensor, weight: Tensor, reference: Tensor) -> Tensor:
+        missed = softplus(shift - photon) * weight
+        return ratio * softplus(reference - shift).mean() + missed.mean()
+
+    return loss
+
+
+def both(ratio: float, brightest: Tensor) -> Loss:
+    """Sum of `logistic` and `poisson`."""
+    bounded, likelihood = logistic(ratio), poisson(brightest)
+
+    def loss(photon: Tensor, weight: Tensor, reference: Tensor) -> Tensor:
+        return bounded(photon, weight, reference) + likelihood(photon, weight, reference)
+
+    return loss
+
+
+def chosen_loss(preset: Preset, brightest: Tensor) -> Loss:
+    """The loss a preset names, for the channels present; `brightest` as for `poisson`.
 
     Raises:
         PureLightError: there is none of that name.
     """
-    losses = {"poisson": poisson, "logistic": logistic(preset.reference_ratio)}
+    ratio = preset.reference_ratio
+    losses = {
+        "poisson": poisson(brightest),
+        "logistic": logistic(ratio),
+        "both": both(ratio, brightest),
+    }
     if preset.photon_loss not in losses:
         raise PureLightError(f"no photon loss '{preset.photon_loss}'; take one of {sorted(losses)}")
     return losses[preset.photon_loss]
 
 
+def brightest_of(student: Student, emitters: NDArray[np.float64]) -> Tensor:
+    """Twice the largest radiance of the emitters, [3], over the scale of each channel present."""
+    present = student.channels.bool().cpu()
+    ratio = torch.from_numpy(emitters).float() / student.scale.cpu()
+    return (2 * ratio[present]).clamp(1, UNKNOWN_BRIGHTEST).to(student.scale.device)
+
+
 def student_loss(student: Student, photons: Chunk, references: Chunk, loss: Loss) -> Tensor:
     """Loss of a student with the link `log` on rows of `photon_batches`, channels present only."""
     *photon_rays, weight = photons
-    *reference_rays, measure = references
-    rays = (torch.cat(pair) for pair in zip(photon_rays, reference_rays, strict=True))
+    rays = (torch.cat(pair) for pair in zip(photon_rays, references, strict=True))
     present = student.channels.bool()
     log = student.log_radiance(*rays)[:, present]
-    return loss(log[: len(weight)], weight[:, present], log[len(weight) :], measure)
+    return loss(log[: len(weight)], weight[:, present], log[len(weight) :])

@@ -23,6 +23,7 @@ from purelight_train.presets import Preset
 
 NORMAL_BINS = 16
 EVALUATED = 1 << 15
+STEEPEST = 16.0
 
 
 class DirectionalFlow(nn.Module):
@@ -73,23 +74,23 @@ class DirectionalFlow(nn.Module):
 
 
 class PowerBatches:
-    """Batches of exit records for the weighted likelihood of Eq. 7.
+    """Batches of exit records for the weighted likelihood of Eq. 6.
 
     A record and a channel are drawn in proportion to the record's power in that channel, which
-    is the importance weight of Eq. 7 moved into the choice of the sample.
+    is the importance weight of Eq. 6 moved into the choice of the sample.
     """
 
     def __init__(self, records: ExitRecords, device: torch.device) -> None:
         self.tensors = [
             torch.from_numpy(a).to(device)
-            for a in (records.position, records.normal, records.direction)
+            for a in (records.position, records.shading, records.direction)
         ]
-        share = records.flux / records.flux.sum()
-        self.channel_share = share
+        power = records.weight.sum(0, dtype=np.float64)
+        self.channel_share = power / power.sum()
         self.cumulative = [np.cumsum(records.weight[:, c], dtype=np.float64) for c in range(3)]
 
     def draw(self, rng: np.random.Generator, size: int) -> tuple[Tensor, Tensor, Tensor, Tensor]:
-        """Position, normal, outgoing [size, 3] and channel [size]."""
+        """Position, shading normal, outgoing [size, 3] and channel [size]."""
         channel = np.sort(rng.choice(3, size=size, p=self.channel_share))
         u = rng.random(size)
         index = np.concatenate([
@@ -116,8 +117,10 @@ class FreshBatches:
     def draw(self, rng: np.random.Generator, size: int) -> tuple[Tensor, Tensor, Tensor, Tensor]:
         """As `PowerBatches.draw`."""
         if self.batches is None or self.left <= 0:
-            records = trace_records(self.luminaire.scene, BATCH, int(rng.integers(1 << 31)))
-            settled, _ = settle(records, self.luminaire.exit_surface)
+            surface = self.luminaire.exit_surface
+            seed = int(rng.integers(1 << 31))
+            records = trace_records(self.luminaire.scene, BATCH, seed, surface=surface)
+            settled, _ = settle(records, surface)
             self.batches, self.left = PowerBatches(settled, self.device), len(settled)
         self.left -= size
         return self.batches.draw(rng, size)
@@ -126,8 +129,10 @@ class FreshBatches:
 class Teacher:
     """Radiance of the lamp: exitance(x) times pdf_projected(outgoing | x), per channel.
 
-    The flow's projected solid angle is that of the interpolated normal n_s; the factor
-    cos_s / cos turns it into that of the geometric normal.
+    The flow's projected solid angle is that of the scene's shading normal n_s; the factor
+    cos_s / cos turns it into that of the geometric normal. No light leaves below the horizon of
+    either. At the geometric horizon, where a density that is not quite zero is divided by nearly
+    nothing, the factor is at most `STEEPEST`.
     """
 
     def __init__(
@@ -150,9 +155,9 @@ class Teacher:
         """Radiance in W/(m² sr): three of [N, 3] -> [N, 3]."""
         shading = self._shading_normals(position, normal, outgoing)
         cosine = np.einsum("nd,nd->n", normal, outgoing)
-        ratio = np.einsum("nd,nd->n", shading, outgoing) / np.maximum(cosine, 1e-6)
-        result = self.density.exitance(position, shading)
-        result *= np.clip(ratio, 0.5, 2)[:, None].astype(np.float32)
+        shaded = np.maximum(np.einsum("nd,nd->n", shading, outgoing), 0)
+        ratio = shaded / np.maximum(np.maximum(cosine, shaded / STEEPEST), 1e-6)
+        result = self.density.exitance(position, normal) * ratio[:, None].astype(np.float32)
         device = self.flow.centre.device
         for i in range(0, len(position), EVALUATED):
             part = [
@@ -172,9 +177,10 @@ class Teacher:
         normal: NDArray[np.float32],
         outgoing: NDArray[np.float32],
     ) -> NDArray[np.float32]:
-        """Interpolated normals where a viewer along -outgoing sees the points."""
-        reach = 3 * self.surface.sphere.radius
-        hits = self.surface.intersect(position + reach * outgoing, -outgoing)
-        triangle = np.full(len(position), -1, np.int64)
-        triangle[hits.index] = hits.triangle
-        return self.surface.shading_normals(position, normal, triangle)
+        """The scene's shading normals where a viewer just before the points meets them."""
+        ahead = 1e-3 * self.surface.sphere.radius
+        hits = self.surface.intersect(position + ahead * outgoing, -outgoing)
+        shading = normal.copy()
+        found = hits.index
+        shading[found] = self.surface.shading_normals(position[found], normal[found], hits.triangle)
+        return shading

@@ -8,14 +8,33 @@ import numpy as np
 from numpy.typing import NDArray
 
 from purelight_train.learning.cap_samples import CapSamples
+from purelight_train.learning.photon_batches import reference_rays
 from purelight_train.learning.teacher import Teacher
 from purelight_train.light.exit_surface import ExitSurface, inward_rays
 from purelight_train.light.luminaire import Luminaire
-from purelight_train.light.throughput import straight_throughput
+from purelight_train.light.transmittance import transmittance_samples
 
 Float = NDArray[np.float32]
 SurfaceSet = tuple[Float, Float, Float, Float]
 RAYS = 1 << 18
+LIFT, CLEAR = 1e-4, 5e-3  # radii
+
+
+def viewed_rays(
+    surface: ExitSurface, count: int, rng: np.random.Generator, *, cosine: bool
+) -> tuple[Float, Float, Float]:
+    """Where viewers meet the lamp: position, normal and outgoing, each [N, 3] with N <= count.
+
+    Half of them stand outside, on lines through the sphere (`inward_rays`, whose argument is
+    `cosine`), and half just before points uniform on the surface, under a shade or between arms
+    too.
+    """
+    origin, direction = inward_rays(surface.sphere, count // 2, rng, cosine=cosine)
+    hits = surface.intersect(origin, direction)
+    rays = (hits.position, hits.normal, -direction[hits.index])
+    near = reference_rays(surface, count - count // 2, rng)
+    outside, nearby, outgoing = (np.concatenate(pair) for pair in zip(rays, near, strict=True))
+    return outside, nearby, outgoing
 
 
 def distillation_set(
@@ -25,10 +44,10 @@ def distillation_set(
     rng: np.random.Generator,
     progress: Callable[[int], None],
 ) -> SurfaceSet:
-    """Rays from outside, and the teacher's radiance where they meet the lamp (Sec. 3.3).
+    """Rays to the lamp, and the teacher's radiance where they meet it (Sec. 3.3).
 
-    Half of the rays are uniform lines through the sphere, half uniform on the hemisphere as in
-    the paper, which favours grazing views.
+    Those from outside are uniform lines through the sphere and, as many, uniform on the hemisphere
+    as in the paper, which favours grazing views.
 
     Returns:
         position, normal, outgoing and radiance, each [N, 3] with N >= samples.
@@ -36,12 +55,9 @@ def distillation_set(
     parts: list[SurfaceSet] = []
     done = 0
     while done < samples:
-        origin, direction = inward_rays(surface.sphere, RAYS, rng, cosine=bool(len(parts) % 2))
-        hits = surface.intersect(origin, direction)
-        outgoing = -direction[hits.index]
-        radiance = teacher.radiance(hits.position, hits.normal, outgoing)
-        parts.append((hits.position, hits.normal, outgoing, radiance))
-        done += len(hits.index)
+        rays = viewed_rays(surface, RAYS, rng, cosine=bool(len(parts) % 2))
+        parts.append((*rays, teacher.radiance(*rays)))
+        done += len(rays[0])
         progress(done)
     position, normal, outgoing, radiance = (
         np.concatenate(column) for column in zip(*parts, strict=True)
@@ -49,20 +65,33 @@ def distillation_set(
     return position, normal, outgoing, radiance
 
 
-def throughput_set(
+def transmittance_set(
     luminaire: Luminaire, samples: int, rng: np.random.Generator, seed: int
 ) -> SurfaceSet:
-    """Lines through the lamp and a random straight-through throughput of each.
+    """Lines into the lamp, and a random transmittance of each.
 
     Returns:
-        position, normal, outgoing and throughput, each [N, 3].
+        position, normal, outgoing and transmittance, each [N, 3].
     """
     surface = luminaire.exit_surface
-    origin, direction = inward_rays(surface.sphere, samples, rng, cosine=True)
-    hits = surface.intersect(origin, direction)
-    origin, direction = origin[hits.index], direction[hits.index]
-    value = straight_throughput(luminaire.scene, origin, direction, seed)
-    return hits.position, hits.normal, -direction, value
+    position, normal, outgoing = viewed_rays(surface, samples, rng, cosine=True)
+    start = just_before(surface, position, normal, outgoing)
+    value = transmittance_samples(luminaire.scene, start, -outgoing, seed)
+    return position, normal, outgoing, value
+
+
+def just_before(surface: ExitSurface, position: Float, normal: Float, outgoing: Float) -> Float:
+    """Points outside of the lamp from which viewers see these: [N, 3].
+
+    They are clear of the surface, which may be a tessellation of the true one, and nearer than
+    anything else of the lamp.
+    """
+    radius = surface.sphere.radius
+    free = np.full(len(position), 2 * CLEAR * radius, np.float32)
+    hits = surface.intersect(position + LIFT * radius * normal, outgoing)
+    distance = np.linalg.norm(hits.position - position[hits.index], axis=1)
+    free[hits.index] = np.minimum(free[hits.index], distance)
+    return position + 0.5 * free[:, None] * outgoing
 
 
 class SamplerBatches:

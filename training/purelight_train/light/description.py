@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,7 +11,7 @@ from purelight_format.geometry import BoundingSphere
 
 if TYPE_CHECKING:  # they need Mitsuba, which an exporter does not
     from purelight_train.light.exit_records import ExitRecords
-    from purelight_train.light.exit_surface import ExitSurface
+    from purelight_train.light.luminaire import Luminaire
 
 R_MAX = 15.0
 
@@ -30,6 +30,7 @@ class Description:
         paths: emitted paths the flux was measured with.
         r_max: farthest training point, in radii.
         dropped: paths left out because a value was not finite.
+        index: refractive index of what the exit surface is made of; 1 where it refracts nothing.
     """
 
     sphere: BoundingSphere
@@ -41,10 +42,12 @@ class Description:
     paths: int
     r_max: float = R_MAX
     dropped: int = 0
+    index: float = 1.0
 
     @staticmethod
-    def of(records: ExitRecords, surface: ExitSurface) -> Description:
+    def of(records: ExitRecords, luminaire: Luminaire) -> Description:
         """Describe the lamp whose light was recorded."""
+        surface = luminaire.exit_surface
         present = np.array(records.channels)
         r, g, b = (float(f) for f in records.flux)
         error_r, error_g, error_b = (float(f) for f in records.flux_error)
@@ -57,6 +60,7 @@ class Description:
             exit_area=surface.area,
             paths=records.paths,
             dropped=records.dropped,
+            index=luminaire.index,
         )
 
     @property
@@ -69,6 +73,14 @@ class Description:
         present = [f for f in self.flux if f > 0]
         mean = sum(present) / max(len(present), 1)
         return [self.radiance_scale * (f / mean if f > 0 else 1.0) for f in self.flux]
+
+    def scaled(self, factor: float) -> Description:
+        """The same lamp with so many times the power."""
+        flux, error = (
+            (r * factor, g * factor, b * factor) for r, g, b in (self.flux, self.flux_error)
+        )
+        scale = self.radiance_scale * factor
+        return replace(self, flux=flux, flux_error=error, radiance_scale=scale)
 
     def to_dict(self) -> dict[str, Any]:
         """A JSON-ready form."""

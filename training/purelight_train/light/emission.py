@@ -54,6 +54,30 @@ class Emission:
         weight = np.array(self._ray(emitter, sampler)[1], np.float64)
         return np.where(np.isfinite(weight), weight, 0).reshape(3, count, rays).mean(2).T
 
+    def brightest(self) -> NDArray[np.float64]:
+        """Largest radiance of the emitters in W/(m² sr) per channel, [3]; infinite without area.
+
+        Optics without gain pass it on, divided by the square of an index, so that no radiance
+        outside is larger. Textures are sampled, and come out a little too dark at worst.
+        """
+        sampler = mi.load_dict({"type": "independent"})
+        sampler.seed(1, PILOT_RAYS)
+        index = mi.UInt32(sampler.next_1d() * len(self.probability))
+        emitter = dr.gather(mi.EmitterPtr, self.emitters, index)
+        shape = emitter.get_shape()
+        area_light = shape != dr.zeros(mi.ShapePtr)
+        point = shape.sample_position(mi.Float(0), sampler.next_2d(), area_light)
+        si = mi.SurfaceInteraction3f(point, mi.Color0f())
+        si.wi = mi.Vector3f(0, 0, 1)
+        value = dr.select(area_light, emitter.eval(si, area_light), dr.inf)
+        return np.array(dr.max(value, axis=1), np.float64).reshape(3)
+
+    def origins(self, count: int) -> NDArray[np.float64]:
+        """Random points where light begins, drawn by power: [count, 3] in metres."""
+        sampler = mi.load_dict({"type": "independent"})
+        sampler.seed(2, count)
+        return np.array(self.sample(sampler)[0].o, np.float64).T
+
     def sample(self, sampler: Any) -> tuple[Any, Any, Any]:
         """Begin one path a lane.
 

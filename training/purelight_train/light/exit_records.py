@@ -1,56 +1,70 @@
-"""Exit records: where, whereto and with how much power light left the lamp."""
+"""Exit records: where, whereto and with how much power light left the surface of a lamp."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from purelight_train.light.exit_surface import ExitSurface
+from purelight_train.light.exit_surface import NEAR, ExitSurface
 
 Float = NDArray[np.float32]
 
 
 @dataclass(frozen=True)
 class ExitRecords:
-    """Escaped light paths.
+    """Light that left a surface of the lamp, for good or to meet the lamp again.
 
     Arguments:
         position: [N, 3] exit points in metres.
-        normal: [N, 3] unit normals on the side of `direction`: geometric as traced, zero where
-            `bare`; interpolated over facets once settled on an exit surface.
+        normal: [N, 3] geometric unit normals on the side of `direction`; zero where `bare`.
+        shading: [N, 3] unit normals of the scene's own shading frame, on the side of `normal`.
         direction: [N, 3] unit directions.
-        weight: [N, 3] path weights f/q in W per channel; their sum over `paths` is the flux.
+        weight: [N, 3] path weights f/q in W per channel; over `paths`, the sum of those that
+            escape is the flux.
+        free: [N] metres to the next surface of the lamp; infinite for light that escapes.
         bare: [N] light that came straight from an emitter, without a scattering vertex.
         paths: number of emitted paths.
         dropped: paths left out because a value was not finite.
         cut: paths ended early because they were too long.
+        needles: sum of the weights that left, over the channels, of light of emitters without area
+            which nothing but smooth surfaces met: rays, where a picture needs radiance.
     """
 
     position: Float
     normal: Float
+    shading: Float
     direction: Float
     weight: Float
+    free: Float
     bare: NDArray[np.bool_]
     paths: int
     dropped: int = 0
     cut: int = 0
+    needles: float = 0.0
 
     def __len__(self) -> int:
         return len(self.position)
 
     @cached_property
+    def escaped(self) -> NDArray[np.bool_]:
+        """Which light leaves the lamp for good: [N]."""
+        return np.isinf(self.free)
+
+    @cached_property
     def flux(self) -> NDArray[np.float64]:
         """Escaped power in W per channel, [3], summed in float64."""
-        return self.weight.sum(0, dtype=np.float64) / self.paths
+        return self.weight.sum(0, dtype=np.float64, where=self.escaped[:, None]) / self.paths
 
     @cached_property
     def flux_error(self) -> NDArray[np.float64]:
         """Standard error of `flux`, [3] in W."""
-        second = np.square(self.weight, dtype=np.float64).sum(0) / self.paths
+        square = np.square(self.weight, dtype=np.float64)
+        second = square.sum(0, where=self.escaped[:, None]) / self.paths
         return np.sqrt(np.maximum(second - self.flux**2, 0) / self.paths)
 
     @property
@@ -59,69 +73,60 @@ class ExitRecords:
         r, g, b = (bool(f > 0) for f in self.flux)
         return r, g, b
 
-    def take(self, index: NDArray[np.int64] | slice) -> ExitRecords:
+    def take(self, index: NDArray[Any] | slice) -> ExitRecords:
         """The records at `index`, with `paths` unchanged."""
-        return ExitRecords(
-            self.position[index], self.normal[index], self.direction[index],
-            self.weight[index], self.bare[index], self.paths, self.dropped, self.cut,
-        )  # fmt: skip
+        return replace(self, **{name: getattr(self, name)[index] for name in _COLUMNS})
 
     @staticmethod
     def concatenate(parts: Sequence[ExitRecords]) -> ExitRecords:
         """Join the records of several batches."""
-        return ExitRecords(
-            np.concatenate([p.position for p in parts]),
-            np.concatenate([p.normal for p in parts]),
-            np.concatenate([p.direction for p in parts]),
-            np.concatenate([p.weight for p in parts]),
-            np.concatenate([p.bare for p in parts]),
-            sum(p.paths for p in parts),
-            sum(p.dropped for p in parts),
-            sum(p.cut for p in parts),
-        )
+        columns: dict[str, Any] = {
+            name: np.concatenate([getattr(p, name) for p in parts]) for name in _COLUMNS
+        }
+        counts: dict[str, Any] = {name: sum(getattr(p, name) for p in parts) for name in _COUNTS}
+        return ExitRecords(**columns, **counts)
+
+
+_COUNTS = ("paths", "dropped", "cut", "needles")
+_COLUMNS = tuple(f.name for f in fields(ExitRecords) if f.name not in _COUNTS)
 
 
 def settle(records: ExitRecords, surface: ExitSurface) -> tuple[ExitRecords, NDArray[np.int64]]:
-    """Find each record's triangle by looking back at it from outside, as a viewer would.
+    """The light that a viewer meets on the exit surface, and where.
 
-    Normals become the surface's interpolated ones, the frame the teacher learns in.
-
-    Light straight from an emitter takes its normal from there; if it meets no surface (a bare
-    point source) it cannot be shown and is left out of the records, but stays in no flux either.
+    A viewer looks back along the light, from outside of the lamp or, for light that meets the lamp
+    again, from half of the way there. Position and geometric normal become those of what the
+    viewer meets; light for which that is another place, or the inner side of a wall, is left out
+    (a few in a thousand where analytic shapes are tessellated, and bare sources without area).
 
     Returns:
-        the records kept, and their triangle [N], -1 where the view back meets another place
-        (analytic shapes are tessellated).
+        the records kept, and the triangle of each: [N].
     """
-    reach = 3 * surface.sphere.radius
+    radius = surface.sphere.radius
+    reach = np.minimum(0.5 * records.free, 3 * radius)[:, None]
     hits = surface.intersect(records.position + reach * records.direction, -records.direction)
-    distance = np.linalg.norm(hits.position - records.position[hits.index], axis=1)
-    near = distance < 1e-2 * surface.sphere.radius
-    triangle = np.full(len(records), -1, np.int64)
-    triangle[hits.index[near]] = hits.triangle[near]
-    normal = records.normal.copy()
-    bare = records.bare[hits.index] & near
-    normal[hits.index[bare]] = hits.normal[bare]
-    normal = surface.shading_normals(records.position, normal, triangle)
-    keep = np.flatnonzero(~records.bare | (triangle >= 0))
-    settled = ExitRecords(
-        records.position, normal, records.direction, records.weight, records.bare,
-        records.paths, records.dropped, records.cut,
-    )  # fmt: skip
-    return settled.take(keep), triangle[keep]
+    index = hits.index
+    distance = np.linalg.norm(hits.position - records.position[index], axis=1)
+    near = distance < np.minimum(NEAR * radius, 0.5 * reach[index, 0])
+    near &= records.escaped[index] | hits.front | surface.two_sided[hits.triangle]
+    kept = records.take(index[near])
+    normal = hits.normal[near]
+    facing = np.einsum("nd,nd->n", kept.shading, normal)[:, None]
+    shading = np.where(kept.bare[:, None], normal, kept.shading * np.sign(facing))
+    settled = replace(kept, position=hits.position[near], normal=normal, shading=shading)
+    return settled, hits.triangle[near].astype(np.int64)
 
 
 def triangle_flux(records: ExitRecords, triangle: NDArray[np.int64], triangles: int) -> Float:
-    """Power that leaves each triangle in W per channel: [triangles, 3]."""
-    flux = np.zeros((triangles, 3))
-    on = triangle >= 0
-    np.add.at(flux, triangle[on], records.weight[on].astype(np.float64) / records.paths)
+    """Power that escapes from each triangle in W per channel: [triangles, 3]."""
+    flux, out = np.zeros((triangles, 3)), records.escaped
+    np.add.at(flux, triangle[out], records.weight[out].astype(np.float64) / records.paths)
     return flux.astype(np.float32)
 
 
-def escaped_part(records: ExitRecords, count: int) -> tuple[Float, Float]:
-    """Directions and weights of the first `count` records, scaled to carry the whole flux."""
-    part = records.take(slice(count))
+def escaped_part(records: ExitRecords, flux: Sequence[float], count: int) -> tuple[Float, Float]:
+    """Directions and weights of the first `count` that escape; the weights sum to the flux."""
+    part = records.take(np.flatnonzero(records.escaped)[:count])
     total = part.weight.sum(0, dtype=np.float64)
-    scale = np.divide(records.flux, total, out=np.zeros(3), where=total > 0)
+    scale = np.divide(flux, total, out=np.zeros(3), where=total > 0)
     return part.direction, (part.weight * scale).astype(np.float32)

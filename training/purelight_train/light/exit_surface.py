@@ -10,14 +10,17 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_matrix
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
 
 from purelight_format.errors import PureLightError
 from purelight_format.geometry import BoundingSphere
 
 Float = NDArray[np.float32]
 RAY_BATCH = 1 << 20
-CREASE_COSINE = 0.8  # facets that meet at less than 37 degrees are one smooth surface
+NEAR = 1e-2  # of the sphere's radius: how far analytic shapes are from their triangles, at most
+CONCAVITY_RAYS, CONVEX = 1 << 16, 1e-4
+SEEN_BACK = 1e-3  # of the rays that meet a sheet, those that meet the side less seen
 
 
 @dataclass(frozen=True)
@@ -66,11 +69,14 @@ class ExitSurface:
         positions: [V, 3] in metres.
         triangles: [T, 3].
         two_sided: [T] thin sheets that are seen, and so emit, from both sides.
+        vertex_normals: [V, 3] unit normals of the scene's own shading, zero where it is flat;
+            flat everywhere if None.
     """
 
     positions: Float
     triangles: NDArray[np.uint32]
     two_sided: NDArray[np.bool_]
+    vertex_normals: Float | None = None
 
     @cached_property
     def sphere(self) -> BoundingSphere:
@@ -96,6 +102,20 @@ class ExitSurface:
     def area(self) -> float:
         """Total area in m²."""
         return float(self.triangle_area.sum())
+
+    @cached_property
+    def concave(self) -> bool:
+        """Whether light that leaves it may meet it again."""
+        position, normal = self.sample(CONCAVITY_RAYS, np.random.default_rng(0))
+        direction = cosine_directions(normal, np.random.default_rng(1))
+        lift = 1e-4 * self.sphere.radius * normal
+        return len(self.intersect(position + lift, direction).index) > CONVEX * CONCAVITY_RAYS
+
+    def outward_normals(self) -> NDArray[np.float64]:
+        """Unit normals of the triangles on the side seen from outside: [T, 3]."""
+        length = np.linalg.norm(self._cross, axis=1, keepdims=True)
+        result: NDArray[np.float64] = self._cross / np.maximum(length, 1e-300)
+        return result
 
     def sample(self, count: int, rng: np.random.Generator) -> tuple[Float, Float]:
         """Points uniform by area and their unit normals: two arrays [count, 3]."""
@@ -128,49 +148,34 @@ class ExitSurface:
         point = np.einsum("nk,nkd->nd", bary, corner)
         return point.astype(np.float32), normal.astype(np.float32)
 
-    @cached_property
-    def _corner_normals(self) -> Float:
-        """Normal at each corner, averaged by area over neighbours within the crease: [T, 3, 3]."""
-        _, vertex = np.unique(self.positions, axis=0, return_inverse=True)
-        corner = vertex.reshape(-1)[self.triangles].reshape(-1)
-        owner = np.repeat(np.arange(len(self.triangles)), 3)
-        count = len(owner)
-        incidence = csr_matrix((np.ones(count), (corner, owner)), (corner.max() + 1, count // 3))
-        pairs = (incidence[corner] * 1.0).tocoo()
-        unit = self._cross / np.maximum(np.linalg.norm(self._cross, axis=1, keepdims=True), 1e-300)
-        alike = np.einsum("nd,nd->n", unit[owner[pairs.row]], unit[pairs.col]) > CREASE_COSINE
-        smooth = csr_matrix(
-            (np.ones(alike.sum()), (pairs.row[alike], pairs.col[alike])), (count, count // 3)
-        )
-        total = smooth @ self._cross
-        total /= np.maximum(np.linalg.norm(total, axis=1, keepdims=True), 1e-300)
-        return total.reshape(-1, 3, 3).astype(np.float32)
+    def shading_normals(self, position: Float, normal: Float, triangle: NDArray[Any]) -> Float:
+        """Normals of the scene's own shading frame, on the side of `normal`: [N, 3].
 
-    def shading_normals(self, position: Float, normal: Float, triangle: NDArray[np.int64]) -> Float:
-        """Interpolated normals on the side of `normal`; `normal` itself where triangle is -1.
-
-        Only training uses them, to describe directions in a frame without jumps between facets
-        (the paper's local shading frame). Assets and runtimes use geometric normals.
+        Only the teacher uses them, to describe directions in a frame without jumps between facets
+        (the paper's local shading frame). Assets, runtimes and students use geometric normals.
 
         Arguments:
-            position, normal: [N, 3] points and oriented geometric normals.
-            triangle: [N] triangle of each point, or -1.
+            position, normal: [N, 3] points and geometric normals.
+            triangle: [N] triangle of each point.
         """
-        known = np.flatnonzero(triangle >= 0)
-        chosen = triangle[known]
-        a, b, c = (self.positions[self.triangles[chosen, k]].astype(np.float64) for k in range(3))
-        cross = self._cross[chosen]
-        area = np.maximum(np.einsum("nd,nd->n", cross, cross), 1e-300)
-        at = position[known].astype(np.float64)
-        v = np.einsum("nd,nd->n", np.cross(c - b, at - b), cross) / area
-        w = np.einsum("nd,nd->n", np.cross(a - c, at - c), cross) / area
-        weight = np.clip(np.stack((v, w, 1 - v - w), 1), 0, 1)
-        smooth = np.einsum("nk,nkd->nd", weight, self._corner_normals[chosen])
-        smooth *= np.sign(np.einsum("nd,nd->n", smooth, normal[known]))[:, None]
+        if self.vertex_normals is None:
+            return normal
+        corners = self.triangles[triangle]
+        weight = self._barycentric(position, triangle)
+        smooth = np.einsum("nk,nkd->nd", weight, self.vertex_normals[corners])
         length = np.linalg.norm(smooth, axis=1, keepdims=True)
-        result = normal.copy()
-        result[known] = np.where(length > 0.1, smooth / np.maximum(length, 0.1), normal[known])
-        return result
+        smooth *= np.sign(np.einsum("nd,nd->n", smooth, normal))[:, None]
+        return np.where(length > 0.1, smooth / np.maximum(length, 0.1), normal).astype(np.float32)
+
+    def _barycentric(self, position: Float, triangle: NDArray[Any]) -> NDArray[np.float64]:
+        """Weights of the corners of triangles at points on them: [N, 3]."""
+        a, b, c = np.moveaxis(self.positions[self.triangles[triangle]].astype(np.float64), 1, 0)
+        cross = self._cross[triangle]
+        square = np.maximum(np.einsum("nd,nd->n", cross, cross), 1e-300)
+        at = position.astype(np.float64)
+        v = np.einsum("nd,nd->n", np.cross(c - b, at - b), cross) / square
+        w = np.einsum("nd,nd->n", np.cross(a - c, at - c), cross) / square
+        return np.clip(np.stack((v, w, 1 - v - w), 1), 0, 1)
 
     def intersect(self, origin: Float, direction: Float) -> Hits:
         """First hits of rays, origins and unit directions [N, 3] in the luminaire frame."""
@@ -217,7 +222,11 @@ def inward_rays(
 
 
 def visible_part(
-    positions: Float, triangles: NDArray[np.uint32], rays: int, rng: np.random.Generator
+    positions: Float,
+    triangles: NDArray[np.uint32],
+    vertex_normals: Float | None,
+    rays: int,
+    rng: np.random.Generator,
 ) -> ExitSurface:
     """Keep the triangles that rays from outside meet first, and their neighbours.
 
@@ -242,10 +251,44 @@ def visible_part(
     keep = touched[corner[triangles]].any(1)
     facing_out = triangles.copy()
     facing_out[back > front] = facing_out[back > front][:, ::-1]
-    # A closed mesh shows its back only through rounding at edges; a sheet shows it often
+    # A closed mesh shows its back only through rounding at edges; a sheet shows it often, unless
+    # it is deep, but then as a whole
     two_sided = np.minimum(front, back) > 0.02 * (front + back)
+    two_sided |= _sheets(corner[triangles], front, back)
     used, compact = np.unique(facing_out[keep], return_inverse=True)
-    return ExitSurface(positions[used], compact.reshape(-1, 3).astype(np.uint32), two_sided[keep])
+    normals = None if vertex_normals is None else vertex_normals[used]
+    faces = compact.reshape(-1, 3).astype(np.uint32)
+    return ExitSurface(positions[used], faces, two_sided[keep], normals)
+
+
+def _sheets(
+    corner: NDArray[np.int64], front: NDArray[np.int64], back: NDArray[np.int64]
+) -> NDArray[np.bool_]:
+    """Which triangles belong to a mesh with an open edge that shows both sides: [T].
+
+    Arguments:
+        corner: [T, 3] of the triangles, equal where they touch.
+        front, back: rays that met either side: [T].
+    """
+    edge = np.sort(corner[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), 1)
+    _, first, faces = np.unique(edge, axis=0, return_inverse=True, return_counts=True)
+    row, column = edge.T
+    links = coo_matrix((np.ones(len(edge)), (row, column)), (corner.max() + 1,) * 2)
+    part = connected_components(links, directed=False)[1][corner[:, 0]]
+    is_open = np.bincount(part, (faces[first.ravel()] == 1).reshape(-1, 3).any(1)) > 0
+    seen = [np.bincount(part, count) for count in (front, back)]
+    both = np.minimum(*seen) > SEEN_BACK * (seen[0] + seen[1])
+    result: NDArray[np.bool_] = (is_open & both)[part]
+    return result
+
+
+def cosine_directions(normal: Float, rng: np.random.Generator) -> Float:
+    """Unit directions about normals [N, 3] with pdf cos(theta)/pi per solid angle: [N, 3]."""
+    direction = rng.normal(size=normal.shape)
+    direction /= np.linalg.norm(direction, axis=1, keepdims=True)
+    direction += normal * 1.000001
+    direction /= np.linalg.norm(direction, axis=1, keepdims=True)
+    return direction.astype(np.float32)
 
 
 def _proper(positions: Float, triangles: NDArray[np.uint32]) -> NDArray[np.uint32]:

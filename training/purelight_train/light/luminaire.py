@@ -16,19 +16,27 @@ from numpy.typing import NDArray
 
 from purelight_format.errors import PureLightError
 from purelight_train.light.exit_surface import ExitSurface, inward_rays, visible_part
+from purelight_train.light.interfaces import Interfaces
 
 VISIBILITY_RAYS = 1 << 21
 LEAST_SEEN = 50  # rays, to judge a shape by
+FLAT_COSINE = 0.9999  # between a corner's normal and its facet's, where a mesh is flat
+SECTIONS = 128  # of analytic disks and cylinders
 
 
 @dataclass(frozen=True)
 class Luminaire:
-    """A lamp's scene, its exit surface, and the digest of its files."""
+    """A lamp's scene, its exit surface, and the digest of its files.
+
+    Arguments:
+        index: refractive index of most of the exit surface that refracts; 1 without any.
+    """
 
     path: Path
     scene: Any
     exit_surface: ExitSurface
     digest: str
+    index: float = 1.0
 
 
 def load_luminaire(path: str | Path, seed: int = 0) -> Luminaire:
@@ -41,11 +49,20 @@ def load_luminaire(path: str | Path, seed: int = 0) -> Luminaire:
     path = Path(path)
     scene = _load_scene(path)
     _check_emitters(path, scene)
-    positions, triangles = scene_triangles(scene)
     rng = np.random.default_rng([seed, 1])
-    surface = visible_part(positions, triangles, VISIBILITY_RAYS, rng)
+    surface = visible_part(*scene_triangles(scene), VISIBILITY_RAYS, rng)
     _check_glass(scene, surface)
-    return Luminaire(path, scene, surface, scene_digest(path))
+    return Luminaire(path, scene, surface, scene_digest(path), exit_index(scene, surface))
+
+
+def exit_index(scene: Any, surface: ExitSurface) -> float:
+    """The refractive index that rays from outside meet most often, of those that refract."""
+    origin, direction = inward_rays(surface.sphere, 1 << 14, np.random.default_rng(0), cosine=True)
+    si = scene.ray_intersect(mi.Ray3f(mi.Point3f(origin.T), mi.Vector3f(direction.T)))
+    interfaces = Interfaces(scene)
+    met = np.array(interfaces.relative(si.bsdf(), si, si.is_valid()))[np.array(si.is_valid())]
+    index, count = np.unique(met[met > 1 + 1e-3], return_counts=True)
+    return float(index[np.argmax(count)]) if len(index) else 1.0
 
 
 def scene_digest(path: Path) -> str:
@@ -82,7 +99,7 @@ def _check_emitters(path: Path, scene: Any) -> None:
                 "point or spot emitters"
             )
     for shape in scene.shapes():
-        if shape.is_emitter() and isinstance(shape, mi.Mesh) and shape.has_vertex_normals():
+        if shape.is_emitter() and shape.is_mesh() and _mesh(shape)[2] is not None:
             warnings.warn(
                 f"emitter mesh '{shape.id()}' has smooth normals, which biases its emission; "
                 "set face_normals to true",
@@ -116,50 +133,98 @@ def _check_glass(scene: Any, surface: ExitSurface) -> None:
             )
 
 
-def scene_triangles(scene: Any) -> tuple[NDArray[np.float32], NDArray[np.uint32]]:
-    """All shapes of the scene as one triangle soup."""
-    positions, triangles, count = [], [], 0
+def scene_triangles(
+    scene: Any,
+) -> tuple[NDArray[np.float32], NDArray[np.uint32], NDArray[np.float32]]:
+    """All shapes of the scene as one triangle soup.
+
+    Returns:
+        vertices [V, 3], triangles [T, 3], and unit normals [V, 3] of the vertices of smooth shapes,
+        zero at those of flat ones.
+    """
+    positions, triangles, normals, count = [], [], [], 0
     for shape in scene.shapes():
-        vertices, faces = _mesh(shape)
+        vertices, faces, smooth = _mesh(shape)
         positions.append(vertices)
         triangles.append(faces + count)
+        normals.append(np.zeros_like(vertices) if smooth is None else smooth)
         count += len(vertices)
     return (
         np.concatenate(positions).astype(np.float32),
         np.concatenate(triangles).astype(np.uint32),
+        np.concatenate(normals).astype(np.float32),
     )
 
 
-def _mesh(shape: Any) -> tuple[NDArray[np.float32], NDArray[np.uint32]]:
-    parameters = mi.traverse(shape)
-    if shape.is_mesh():
+Part = tuple[NDArray[Any], NDArray[Any], NDArray[Any] | None]
+
+
+def _bent_normals(shape: Any, vertices: NDArray[Any], faces: NDArray[Any]) -> NDArray[Any] | None:
+    """Normals of a mesh's vertices [V, 3]; None where none bends over facets, as a cube's."""
+    if not shape.has_vertex_normals() or shape.has_face_normals():
+        return None
+    normals = np.array(mi.traverse(shape)["vertex_normals"], np.float64).reshape(-1, 3)
+    a, b, c = vertices.astype(np.float64)[faces.T]
+    cross = np.cross(b - a, c - a)
+    along = np.abs(np.einsum("tkd,td->tk", normals[faces], cross))
+    bent = along < FLAT_COSINE * np.linalg.norm(cross, axis=1)[:, None]
+    return normals if bent.any() else None
+
+
+def _mesh(shape: Any) -> Part:
+    """Vertices, faces and normals of the vertices, None where they are flat."""
+    parameters, kind = mi.traverse(shape), mi.ShapeType(shape.shape_type()).name
+    if "vertex_positions" in parameters:  # rectangles call themselves meshes, without any
         vertices = np.array(parameters["vertex_positions"]).reshape(-1, 3)
-        return vertices, np.array(parameters["faces"]).reshape(-1, 3)
-    primitives = {
-        mi.ShapeType.Sphere: lambda: trimesh.creation.icosphere(subdivisions=5),
-        mi.ShapeType.Rectangle: lambda: trimesh.Trimesh(
-            [[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], [[0, 1, 2], [0, 2, 3]]
-        ),
-        mi.ShapeType.Disk: lambda: trimesh.creation.annulus(1e-6, 1, 1e-9, sections=128),
-        mi.ShapeType.Cylinder: _open_cylinder,
-    }
-    kind = mi.ShapeType(shape.shape_type())
-    if kind not in primitives or "to_world" not in parameters:
+        faces = np.array(parameters["faces"]).reshape(-1, 3)
+        return vertices, faces, _bent_normals(shape, vertices, faces)
+    if kind not in PRIMITIVES or "to_world" not in parameters:
         raise PureLightError(
-            f"shape '{shape.id()}' ({kind.name.lower()}) is not supported; turn it into a mesh"
+            f"shape '{shape.id()}' ({kind.lower()}) is not supported; turn it into a mesh"
         )
-    mesh = primitives[kind]()
+    mesh, normals = PRIMITIVES[kind]()
     matrix = np.array(parameters["to_world"].matrix, dtype=np.float64).reshape(4, 4)
+    if normals is not None:
+        normals = normals @ np.linalg.inv(matrix[:3, :3])
+        normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
     mesh.apply_transform(matrix)
-    return np.asarray(mesh.vertices), np.asarray(mesh.faces)
+    return np.asarray(mesh.vertices), np.asarray(mesh.faces), normals
 
 
-def _open_cylinder() -> trimesh.Trimesh:
+def _sphere() -> tuple[trimesh.Trimesh, NDArray[Any] | None]:
+    mesh = trimesh.creation.icosphere(subdivisions=5)
+    return mesh, np.array(mesh.vertices)
+
+
+def _rectangle() -> tuple[trimesh.Trimesh, NDArray[Any] | None]:
+    corners = [[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]
+    return trimesh.Trimesh(corners, [[0, 1, 2], [0, 2, 3]], process=False), None
+
+
+def _disk() -> tuple[trimesh.Trimesh, NDArray[Any] | None]:
+    ring = _ring(0.0)
+    vertices = np.concatenate([[[0.0, 0.0, 0.0]], ring])
+    i = np.arange(SECTIONS)
+    faces = np.stack((np.zeros_like(i), 1 + i, 1 + (i + 1) % SECTIONS), 1)
+    return trimesh.Trimesh(vertices, faces, process=False), None
+
+
+def _open_cylinder() -> tuple[trimesh.Trimesh, NDArray[Any] | None]:
     """Mitsuba's cylinder: radius 1 around z from 0 to 1, without end caps."""
-    angle = np.linspace(0, 2 * np.pi, 128, endpoint=False)
-    ring = np.stack((np.cos(angle), np.sin(angle)), 1)
-    vertices = np.concatenate([np.c_[ring, np.full(128, z)] for z in (0.0, 1.0)])
-    i = np.arange(128)
-    j = (i + 1) % 128
-    faces = np.concatenate((np.stack((i, j, i + 128), 1), np.stack((j, j + 128, i + 128), 1)))
-    return trimesh.Trimesh(vertices, faces, process=False)
+    vertices = np.concatenate([_ring(0.0), _ring(1.0)])
+    i = np.arange(SECTIONS)
+    j = (i + 1) % SECTIONS
+    faces = np.concatenate(
+        (np.stack((i, j, i + SECTIONS), 1), np.stack((j, j + SECTIONS, i + SECTIONS), 1))
+    )
+    return trimesh.Trimesh(vertices, faces, process=False), vertices * [1, 1, 0]
+
+
+def _ring(z: float) -> NDArray[np.float64]:
+    angle = np.linspace(0, 2 * np.pi, SECTIONS, endpoint=False)
+    return np.stack((np.cos(angle), np.sin(angle), np.full(SECTIONS, z)), 1)
+
+
+PRIMITIVES = {
+    "Sphere": _sphere, "Rectangle": _rectangle, "Disk": _disk, "Cylinder": _open_cylinder
+}  # fmt: skip

@@ -91,13 +91,13 @@ class Media:
         weight = dr.select(random, weight * transmittance / density, weight)
         return Flight(dr.select(closed, weight * absorbed, weight), collided, mei)
 
-    def scatter(self, medium: Any, flight: Flight, sampler: Any) -> tuple[Any, Any]:
+    def scatter(self, medium: Any, flight: Flight, sampler: Any) -> tuple[Any, Any, Any]:
         """Decide what a collision is: scattered light, or nothing (heterogeneous media).
 
         Absorption lowers the weight in both cases.
 
         Returns:
-            new direction and weight.
+            new direction and weight, and whether it was scattered.
         """
         mei, active = flight.interaction, flight.collided
         real = dr.sum(flight.weight * mei.sigma_s)
@@ -110,7 +110,7 @@ class Media:
             context, mei, sampler.next_1d(scattered), sampler.next_2d(scattered), scattered
         )
         turned = dr.select(scattered, direction, -mei.wi)
-        return turned, dr.select(scattered, weight * value, weight)
+        return turned, dr.select(scattered, weight * value, weight), scattered
 
 
 def _media(scene: Any) -> list[Any]:

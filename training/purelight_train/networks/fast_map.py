@@ -39,7 +39,7 @@ class FastMap(nn.Module):
         present = torch.tensor(description.channels, dtype=torch.float32)
         self.register_buffer("channels", present, persistent=False)
         self.register_buffer("gain", torch.ones(3))
-        self.register_buffer("ceiling", torch.tensor(MAX_LOG))
+        self.register_buffer("ceiling", torch.full((3,), MAX_LOG))
 
     def raw(self, point: Tensor) -> Tensor:
         """log1p(radiance / scale) before clipping: [N, 3] -> [N, 256, 3]."""
@@ -74,9 +74,8 @@ class FastMap(nn.Module):
     @torch.no_grad()
     def close_power(self, point: Tensor, radiance: Tensor) -> None:
         """Set ceiling and gain: to the brightest sample, and so that sums over `point` agree."""
-        scaled = radiance[..., self.channels.bool()] / self.scale[self.channels.bool()]
-        if scaled.numel():
-            self.ceiling.copy_(torch.log1p(scaled.max()).clamp(max=MAX_LOG))
+        brightest = (radiance / self.scale).amax((0, 1))
+        self.ceiling.copy_(torch.log1p(brightest).clamp(max=MAX_LOG))
         total = torch.stack([self(part).sum((0, 1, 2)) for part in point.split(1024)]).sum(0)
         true = radiance.sum((0, 1))
         self.gain *= torch.where(total > 0, true / total, torch.ones_like(total))

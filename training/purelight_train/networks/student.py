@@ -23,8 +23,8 @@ class Student(SurfaceNetwork):
     network learns a quantity near one whatever the lamp's power; g is a gain per channel that
     closes the flux. Channels that carry no flux give exactly zero.
 
-    A trained student says y <= `ceiling`: the exponential of what a network makes of rays it never
-    met has no bound of its own (`evaluation.set_ceiling`).
+    A trained student says y <= `ceiling`, one for each channel: the exponential of what a network
+    makes of rays it never met has no bound of its own (`evaluation.set_ceiling`).
     """
 
     scale: Tensor
@@ -34,12 +34,12 @@ class Student(SurfaceNetwork):
 
     def __init__(self, description: Description, preset: Preset) -> None:
         super().__init__(
-            description, preset.student_grid, DEGREE, preset.student_network, preset.anchor_grid
+            description, preset.student_grid, DEGREE, preset.student_network, preset.anchors
         )
         self.link = preset.student_link
         self.register_buffer("scale", torch.tensor(description.channel_scale), persistent=False)
         self.register_buffer("gain", torch.ones(3))
-        self.register_buffer("ceiling", torch.tensor(MAX_LOG))
+        self.register_buffer("ceiling", torch.full((3,), MAX_LOG))
         present = torch.tensor(description.channels, dtype=torch.float32)
         self.register_buffer("channels", present, persistent=False)
 
@@ -48,28 +48,33 @@ class Student(SurfaceNetwork):
         """Least output that counts."""
         return LEAST_LOG if self.link == "log" else 0.0
 
-    def forward(self, position: Tensor, normal: Tensor, outgoing: Tensor) -> Tensor:
-        """Radiance in W/(m² sr) per channel: three of [N, 3] -> [N, 3]."""
-        raw = self.raw(position, normal, outgoing).clamp(min=self.least_log)
+    def forward(
+        self, position: Tensor, normal: Tensor, outgoing: Tensor, encoded: Tensor | None = None
+    ) -> Tensor:
+        """Radiance in W/(m² sr) per channel: [N, 3] each -> [N, 3]; `encoded` as for `raw`."""
+        raw = self.raw(position, normal, outgoing, encoded).clamp(min=self.least_log)
         raw = torch.minimum(raw, self.ceiling)
         unit = torch.exp(raw) if self.link == "log" else torch.expm1(raw)
         return unit * (self.scale * self.gain * self.channels)
 
     def log_radiance(self, position: Tensor, normal: Tensor, outgoing: Tensor) -> Tensor:
-        """log(radiance / scale) without the gain, for the link `log`: three of [N, 3] -> [N, 3]."""
-        return self.raw(position, shaken(normal), outgoing).clamp(LEAST_LOG, MAX_LOG)
+        """log(radiance / scale), without gain and bounds, for the link `log`: [N, 3].
+
+        Within bounds, what strayed beyond them would have no gradient to come back by.
+        """
+        return self.raw(position, normal, outgoing, shaken(normal))
 
     def loss(self, position: Tensor, normal: Tensor, outgoing: Tensor, radiance: Tensor) -> Tensor:
         """Mean square error in log1p(radiance / scale), over the channels present."""
         target = torch.log1p(radiance / self.scale)
-        error = (self.raw(position, shaken(normal), outgoing) - target) ** 2
+        error = (self.raw(position, normal, outgoing, shaken(normal)) - target) ** 2
         return (error * self.channels).sum() / (self.channels.sum() * len(error))
 
 
 def shaken(normal: Tensor) -> Tensor:
-    """Normals [N, 3] moved by about `NORMAL_JITTER`, for training.
+    """Normals [N, 3] moved by about `NORMAL_JITTER`, to be encoded while training.
 
     The light of tessellated curves does not jump from facet to facet as their normals do, so small
-    differences must not matter.
+    differences must not matter. Where a normal steers refraction it stays as it is.
     """
     return nn.functional.normalize(normal + NORMAL_JITTER * torch.randn_like(normal), dim=-1)

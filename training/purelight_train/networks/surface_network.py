@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any
+
 import torch
 from torch import Tensor, nn
 
@@ -16,13 +20,17 @@ def make_grid(size: GridSize) -> GridEncoding:
 
 
 class SurfaceNetwork(nn.Module):
-    """Grid-encoded position, harmonics of outgoing and normal, then an MLP: [N, 3] outputs.
+    r"""Grid-encoded position, harmonics of outgoing and normal, then an MLP: [N, 3] outputs.
 
     Positions are normalised by the cube around the bounding sphere, (x - c)/2R + 1/2. The MLP's
-    input is [grid(position), grid(anchor), harmonics(outgoing), harmonics(normal)], the second
-    only with an anchor grid. The anchor is the point of the ray nearest the sphere's centre: all
-    points along a ray have the same, and what one sees through clear glass is nearly a function of
-    the ray.
+    input is [grid(position), grids(anchors), harmonics(outgoing), harmonics(normal)]. An anchor is
+    the point of a ray nearest the sphere's centre, so that all points along the ray have the same:
+
+    - `straight`, of the ray outside: what one sees through walls of clear glass is nearly a
+      function of it;
+    - `refracted`, of the ray inside the glass, before it left: what one sees in solid cut glass
+      is. Its direction, along -outgoing back into an index :math:`\eta`, is
+      :math:`t + n \sqrt{1 - |t|^2}` with :math:`t = (\omega - (\omega \cdot n) n) / \eta`.
     """
 
     centre: Tensor
@@ -33,29 +41,46 @@ class SurfaceNetwork(nn.Module):
         grid: GridSize,
         degree: int,
         network: MLPSize,
-        anchor: GridSize | None = None,
+        anchors: Mapping[str, GridSize] = MappingProxyType({}),
     ) -> None:
         super().__init__()
         sphere = description.sphere
         self.register_buffer("centre", torch.tensor(sphere.center), persistent=False)
-        self.radius = sphere.radius
+        self.radius, self.index = sphere.radius, description.index
         self.grid = make_grid(grid)
-        self.anchor = None if anchor is None else make_grid(anchor)
+        self.anchors = nn.ModuleDict({kind: make_grid(size) for kind, size in anchors.items()})
         self.harmonics = SphericalHarmonics(degree)
-        anchors = 0 if self.anchor is None else self.anchor.size
-        inputs = self.grid.size + anchors + 2 * self.harmonics.size
+        grids: list[Any] = [self.grid, *self.anchors.values()]
+        inputs = sum(part.size for part in grids) + 2 * self.harmonics.size
         self.network = MLP(inputs, 3, network.width, network.depth)
 
-    def features(self, position: Tensor, normal: Tensor, outgoing: Tensor) -> Tensor:
-        """Encoded inputs [N, inputs] of the MLP."""
+    def features(
+        self, position: Tensor, normal: Tensor, outgoing: Tensor, encoded: Tensor
+    ) -> Tensor:
+        """Encoded inputs [N, inputs] of the MLP; `encoded` is the normal that it is told."""
         offset = (position - self.centre) * (0.5 / self.radius)
         parts = [self.grid(offset + 0.5)]
-        if self.anchor is not None:
-            along = (offset * outgoing).sum(-1, keepdim=True)
-            parts.append(self.anchor(offset - along * outgoing + 0.5))
-        return torch.cat((*parts, self.harmonics(outgoing), self.harmonics(normal)), dim=-1)
+        for kind, grid in self.anchors.items():
+            ray = outgoing if kind == "straight" else refracted(normal, outgoing, self.index)
+            along = (offset * ray).sum(-1, keepdim=True)
+            parts.append(grid(offset - along * ray + 0.5))
+        return torch.cat((*parts, self.harmonics(outgoing), self.harmonics(encoded)), dim=-1)
 
-    def raw(self, position: Tensor, normal: Tensor, outgoing: Tensor) -> Tensor:
-        """The MLP's outputs before the last activation: [N, 3]."""
-        output: Tensor = self.network(self.features(position, normal, outgoing))
+    def raw(
+        self, position: Tensor, normal: Tensor, outgoing: Tensor, encoded: Tensor | None = None
+    ) -> Tensor:
+        """The MLP's outputs before the last activation: [N, 3].
+
+        Arguments:
+            encoded: [N, 3] normals to encode in place of `normal`.
+        """
+        told = normal if encoded is None else encoded
+        output: Tensor = self.network(self.features(position, normal, outgoing, told))
         return output
+
+
+def refracted(normal: Tensor, outgoing: Tensor, index: float) -> Tensor:
+    """Directions inside glass of light that leaves it, by Snell's law: two of [N, 3] -> [N, 3]."""
+    tangential = (outgoing - (outgoing * normal).sum(-1, keepdim=True) * normal) / index
+    sine2 = (tangential * tangential).sum(-1, keepdim=True)
+    return tangential + normal * torch.sqrt((1 - sine2).clamp(min=0))

@@ -1,4 +1,4 @@
-"""Transparency (paper Sec. 3.3): RGB throughput straight through the whole lamp."""
+"""Transparency (paper Sec. 3.3): RGB transmittance of the line through the whole lamp."""
 
 from __future__ import annotations
 
@@ -22,8 +22,6 @@ class Transparency(SurfaceNetwork):
         """Transmittance: three of [N, 3] -> [N, 3]."""
         return torch.sigmoid(self.raw(position, normal, outgoing))
 
-    def loss(
-        self, position: Tensor, normal: Tensor, outgoing: Tensor, throughput: Tensor
-    ) -> Tensor:
-        """Mean square error, whose minimiser is the mean of the random throughputs."""
-        return ((self(position, normal, outgoing) - throughput) ** 2).mean()
+    def loss(self, position: Tensor, normal: Tensor, outgoing: Tensor, sample: Tensor) -> Tensor:
+        """Mean square error, whose minimiser is the mean of the random samples."""
+        return ((self(position, normal, outgoing) - sample) ** 2).mean()

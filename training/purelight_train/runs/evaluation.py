@@ -10,16 +10,17 @@ from numpy.typing import NDArray
 from torch import nn
 
 from purelight_train.learning.cap_samples import Radiance
-from purelight_train.learning.flux_closure import surface_flux
+from purelight_train.learning.flux_closure import escaping_flux
 from purelight_train.light.exit_records import ExitRecords
 from purelight_train.light.exit_surface import ExitSurface
 from purelight_train.networks.student import MAX_LOG, Student
 from purelight_train.runs import preview
 from purelight_train.runs.run_directory import RunDirectory
+from purelight_train.runs.traced_lamp import TracedLamp
 
 Float = NDArray[np.float32]
 BATCH = 1 << 15
-FLUX_SAMPLES = 1 << 20
+FEW_LINES, FEW_RECORDS = 1 << 18, 1 << 14
 BRIGHTER, HEADROOM = 1e-4, 2.0
 
 
@@ -38,69 +39,78 @@ def as_function(network: nn.Module, device: torch.device) -> Radiance:
     return evaluate
 
 
-def set_ceiling(student: Student, radiance: Radiance, held_out: ExitRecords) -> None:
-    """Bound the student by `HEADROOM` times the radiance of held-out light.
+def set_ceiling(
+    student: Student, radiance: Radiance, held_out: ExitRecords, brightest: NDArray[np.float64]
+) -> None:
+    """Bound each channel of the student by `HEADROOM` times what light can have there.
 
-    Light comes from places in proportion to their radiance, so it has seen the brightest there is;
-    the brightest part `BRIGHTER` of its power may be the student's own error and is left out.
+    No radiance outside a lamp is larger than that of its emitters, nor than the student's own where
+    held-out light left. Emitters without area have no largest radiance; then the brightest part
+    `BRIGHTER` of the held-out power may be the student's own error and is left out.
 
     Arguments:
         radiance: the student's, in W/(m² sr): three of [N, 3] -> [N, 3].
         held_out: records that it did not learn from, settled on the exit surface.
+        brightest: radiance of the emitters, [3].
     """
-    present = student.channels.bool().cpu()
-    if not present.any():
-        return
-    value = radiance(held_out.position, held_out.normal, held_out.direction)
-    unit = (value / (student.scale * student.gain).cpu().numpy())[:, present].max(1)
-    power = held_out.weight.sum(1, dtype=np.float64)
-    order = np.argsort(unit)
-    index = np.searchsorted(np.cumsum(power[order]), (1 - BRIGHTER) * power.sum())
-    bound = HEADROOM * float(unit[order[min(index, len(order) - 1)]])
-    log = np.log(bound) if student.link == "log" else np.log1p(bound)
-    student.ceiling.fill_(float(np.clip(log, student.least_log, MAX_LOG)))
+    value = radiance(held_out.position, held_out.normal, held_out.direction).astype(np.float64)
+    unit = (student.scale * student.gain).cpu().double().numpy()
+    for c in np.flatnonzero(student.channels.cpu().numpy()):
+        lit = held_out.weight[:, c] > 0
+        seen, power = value[lit, c], held_out.weight[lit, c].astype(np.float64)
+        bound = brightest[c] if np.isfinite(brightest[c]) else _quantile(seen, power, 1 - BRIGHTER)
+        bound = HEADROOM * min(bound, seen.max()) / unit[c]
+        log = np.log(bound) if student.link == "log" else np.log1p(bound)
+        student.ceiling[c] = float(np.clip(log, student.least_log, MAX_LOG))
+
+
+def _quantile(value: NDArray[np.float64], weight: NDArray[np.float64], part: float) -> float:
+    """The value below which lies `part` of the weight."""
+    order = np.argsort(value)
+    index = int(np.searchsorted(np.cumsum(weight[order]), part * weight.sum()))
+    return float(value[order[min(index, len(order) - 1)]])
 
 
 def close_flux(
-    student: Student,
-    radiance: Radiance,
-    surface: ExitSurface,
-    flux: tuple[float, float, float],
-    rng: np.random.Generator,
+    student: Student, radiance: Radiance, lamp: TracedLamp, rng: np.random.Generator
 ) -> None:
-    """Set the gain that makes the student's integral equal the light-traced flux."""
-    integral, _ = surface_flux(surface, radiance, FLUX_SAMPLES, rng)
-    gain = np.divide(np.asarray(flux), integral, out=np.ones(3), where=integral > 0)
-    student.gain.copy_(torch.from_numpy(gain))
+    """Set the gain that makes the student's escaping flux equal the light-traced one."""
+    integral, _ = escaping_flux(lamp.surface, radiance, lamp.lines, rng)
+    flux = np.asarray(lamp.description.flux)
+    gain = np.divide(flux, integral, out=np.ones(3), where=integral > 0)
+    student.gain.copy_(student.gain.cpu() * torch.from_numpy(gain))
 
 
-def fidelity(
-    radiance: Radiance, surface: ExitSurface, held_out: ExitRecords, rng: np.random.Generator
-) -> dict[str, Any]:
+def fidelity(radiance: Radiance, lamp: TracedLamp, rng: np.random.Generator) -> dict[str, Any]:
     r"""How near a radiance field is to the lamp.
 
     Returns:
         its flux and the standard error of that in W, and the mean log-likelihood of light it was
         not trained on, in nats over a uniform Lambertian surface of the same flux.
     """
-    flux, error = surface_flux(surface, radiance, FLUX_SAMPLES, rng)
+    flux, error = escaping_flux(lamp.surface, radiance, lamp.lines, rng)
     return {
         "student_flux": flux.tolist(),
         "student_flux_error": error.tolist(),
-        "held_out_gain_nats": _gain(radiance, surface, held_out, float(flux.sum())),
+        "held_out_gain_nats": _gain(radiance, lamp.surface, lamp.held_out, flux),
     }
 
 
-def held_out_gain(radiance: Radiance, surface: ExitSurface, held_out: ExitRecords) -> float:
+def held_out_gain(radiance: Radiance, lamp: TracedLamp) -> float:
     """`fidelity`'s likelihood in a tenth of its time, with the same random numbers every time."""
-    flux, _ = surface_flux(surface, radiance, FLUX_SAMPLES >> 4, np.random.default_rng(0))
-    return _gain(radiance, surface, held_out.take(slice(FLUX_SAMPLES >> 6)), float(flux.sum()))
+    rng = np.random.default_rng(0)
+    flux, _ = escaping_flux(lamp.surface, radiance, lamp.lines, rng, most=FEW_LINES)
+    return _gain(radiance, lamp.surface, lamp.held_out.take(slice(FEW_RECORDS)), flux)
 
 
-def _gain(radiance: Radiance, surface: ExitSurface, held_out: ExitRecords, flux: float) -> float:
-    value = radiance(held_out.position, held_out.normal, held_out.direction)
-    density = value.sum(1) / flux * (np.pi * surface.area)
-    power = held_out.weight.sum(1, dtype=np.float64)
+def _gain(
+    radiance: Radiance, surface: ExitSurface, held_out: ExitRecords, flux: NDArray[np.float64]
+) -> float:
+    """Mean of log(radiance over that of a Lambertian surface), over the light that escapes."""
+    part = held_out.take(held_out.escaped)
+    value = radiance(part.position, part.normal, part.direction)
+    density = value.sum(1) / flux.sum() * (np.pi * surface.area)
+    power = part.weight.sum(1, dtype=np.float64)
     return float(np.average(np.log(np.maximum(density, 1e-6)), weights=power))
 
 

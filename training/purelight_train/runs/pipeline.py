@@ -14,13 +14,14 @@ from numpy.typing import NDArray
 from purelight_format.errors import PureLightError
 from purelight_train.learning.cap_samples import CapSamples
 from purelight_train.learning.teacher import Teacher
-from purelight_train.learning.training_sets import SamplerBatches, SurfaceSet, throughput_set
+from purelight_train.learning.training_sets import SamplerBatches, SurfaceSet, transmittance_set
 from purelight_train.light.luminaire import scene_digest
 from purelight_train.networks.fast_map import FastMap
 from purelight_train.networks.sampler import Sampler
 from purelight_train.networks.student import Student
 from purelight_train.networks.transparency import Transparency
 from purelight_train.presets import Preset
+from purelight_train.runs.anchor_choice import choose_anchor
 from purelight_train.runs.evaluation import as_function, fidelity, write_previews
 from purelight_train.runs.routes import ROUTES, Route, TeacherRoute
 from purelight_train.runs.run_directory import RunDirectory
@@ -58,16 +59,16 @@ class Training:
         return self.route.student()
 
     @cached_property
-    def throughput(self) -> SurfaceSet:
+    def see_through(self) -> SurfaceSet:
         """Lines through the lamp and what comes through: what the transparency learns."""
         samples, rng = self.preset.transparency_samples, self.stages.rng("transparency")
-        return throughput_set(self.lamp.luminaire, samples, rng, self.stages.seed + 5)
+        return transmittance_set(self.lamp.luminaire, samples, rng, self.stages.seed + 5)
 
     @cached_property
     def transparency(self) -> Transparency | None:
         """None for a lamp that no light passes straight: its bundle goes without."""
         finished = self.stages.run.finished("transparency")
-        if not finished and not self.throughput[-1].any():
+        if not finished and not self.see_through[-1].any():
             return None
         network = self.stages.build(
             "transparency", Transparency, self.lamp.description, self.preset
@@ -134,14 +135,14 @@ class Training:
             "flux_error": list(self.lamp.description.flux_error),
             "dropped": self.lamp.description.dropped,
             "flux_gain": self.student.gain.tolist(),
-            **fidelity(radiance, self.lamp.surface, self.lamp.held_out, self.stages.rng("metrics")),
+            **fidelity(radiance, self.lamp, self.stages.rng("metrics")),
             **self.stages.metrics(),
         }
 
     # Losses; their data is made at the first step
 
     def _transparency_loss(self, transparency: Transparency) -> Loss:
-        data, size = self.stages.tensors(*self.throughput), self.preset.transparency.batch
+        data, size = self.stages.tensors(*self.see_through), self.preset.transparency.batch
         return lambda rng: transparency.loss(*rows(data, rng, size))
 
     def _sampler_loss(self, sampler: Sampler) -> Loss:
@@ -168,20 +169,22 @@ def start(
     *,
     resume: bool,
     route: str = "teacher",
-    anchor: bool = False,
+    anchor: str = "none",
     early_stop: bool = False,
 ) -> Training:
     """Prepare a run directory for a luminaire, or continue one.
 
     Arguments:
+        preset: of no route yet.
         route: one of `routes.ROUTES`.
-        anchor: whether the student encodes the ray's anchor (`surface_network`).
+        anchor: which anchors of a ray the student encodes, one of `presets.ANCHORS`, or `auto` to
+            try them out on the lamp (`anchor_choice`).
         early_stop: end optimisations whose error on held-out light has stopped falling.
 
     Raises:
         PureLightError: the directory holds another run, or a run and `resume` is not set.
     """
-    run, preset = RunDirectory(output), preset.for_route(route, anchor=anchor)
+    run = RunDirectory(output)
     if not scene.is_file():
         raise PureLightError(f"{scene}: no such file; give a Mitsuba 3 scene (.xml) of a lamp")
     config = {
@@ -189,19 +192,41 @@ def start(
         "luminaire": str(scene.resolve()),
         "digest": scene_digest(scene),
         "route": route,
+        "anchor": anchor,
         "seed": seed,
-        "preset": preset.to_dict(),
     }
-    known = (output / "config.json").is_file()
-    if known:
-        _require_same(run, config, resume=resume)
     stages = Stages(run, seed, torch.device(device), ROUTES[route].names, early_stop)
-    training = Training(ROUTES[route](TracedLamp(scene, preset.paths, stages), preset, stages))
-    if not known:
-        training.lamp.description  # noqa: B018 - a faulty or dark lamp must leave nothing behind
-        output.mkdir(parents=True, exist_ok=True)
-        run.write_json("config.json", config)
-    return training
+    if (output / "config.json").is_file():
+        return _continue(scene, stages, config, preset, resume=resume)
+    lamp = TracedLamp(scene, preset.for_route(route).paths, stages)
+    lamp.description  # noqa: B018 - a faulty or dark lamp must leave nothing behind
+    if anchor == "auto":
+        anchor, tried = choose_anchor(lamp, preset)
+        config["tried_anchors"] = tried
+    chosen = preset.for_route(route, anchor=anchor)
+    output.mkdir(parents=True, exist_ok=True)
+    run.write_json("config.json", config | {"preset": chosen.to_dict()})
+    return Training(ROUTES[route](lamp, chosen, stages))
+
+
+def _continue(
+    scene: Path, stages: Stages, config: dict[str, Any], preset: Preset, *, resume: bool
+) -> Training:
+    """Go on with a run that was begun in the same way."""
+    run, route = stages.run, config["route"]
+    if not resume:
+        raise PureLightError(f"{run.path}: holds a run already; add --resume or choose another")
+    old = run.config
+    anchor = run.preset.anchor if config["anchor"] == "auto" else config["anchor"]
+    chosen = preset.for_route(route, anchor=anchor)
+    asked = config | {"preset": chosen.to_dict()}
+    keys = ("digest", "seed", "route", "anchor", "preset")
+    changed = [key for key in keys if old.get(key) != asked[key]]
+    if changed:
+        raise PureLightError(
+            f"{run.path}: was made with another {changed[0]}; choose another --output"
+        )
+    return Training(ROUTES[route](TracedLamp(scene, chosen.paths, stages), chosen, stages))
 
 
 def reopen(run: RunDirectory, scene: Path, device: str = "cpu") -> Training:
@@ -210,14 +235,3 @@ def reopen(run: RunDirectory, scene: Path, device: str = "cpu") -> Training:
     kind = ROUTES[config["route"]]
     stages = Stages(run, config["seed"], torch.device(device), kind.names)
     return Training(kind(TracedLamp(scene, preset.paths, stages), preset, stages))
-
-
-def _require_same(run: RunDirectory, config: dict[str, Any], *, resume: bool) -> None:
-    if not resume:
-        raise PureLightError(f"{run.path}: holds a run already; add --resume or choose another")
-    old = run.config
-    changed = [k for k in ("digest", "seed", "route", "preset") if old.get(k) != config[k]]
-    if changed:
-        raise PureLightError(
-            f"{run.path}: was made with another {changed[0]}; choose another --output"
-        )

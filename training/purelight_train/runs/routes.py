@@ -11,7 +11,7 @@ import torch
 
 from purelight_train.learning.cap_samples import Radiance
 from purelight_train.learning.photon_batches import PhotonBatches
-from purelight_train.learning.photon_loss import chosen_loss, student_loss
+from purelight_train.learning.photon_loss import brightest_of, chosen_loss, student_loss
 from purelight_train.learning.teacher import DirectionalFlow, FreshBatches, PowerBatches, Teacher
 from purelight_train.learning.training_sets import distillation_set
 from purelight_train.light.positional_density import PositionalDensity
@@ -58,13 +58,12 @@ class Route:
     def _held_out(self, student: Student) -> Callable[[], float]:
         """The student's error on held-out light, in nats."""
         radiance, lamp = as_function(student, self.stages.device), self.lamp
-        return lambda: -held_out_gain(radiance, lamp.surface, lamp.held_out)
+        return lambda: -held_out_gain(radiance, lamp)
 
     def _close(self, student: Student) -> None:
         radiance = as_function(student, self.stages.device)
-        set_ceiling(student, radiance, self.lamp.held_out)
-        flux, rng = self.lamp.description.flux, self.stages.rng("student", 1)
-        close_flux(student, radiance, self.lamp.surface, flux, rng)
+        set_ceiling(student, radiance, self.lamp.held_out, self.lamp.emission.brightest())
+        close_flux(student, radiance, self.lamp, self.stages.rng("student", 1))
 
 
 class TeacherRoute(Route):
@@ -83,7 +82,7 @@ class TeacherRoute(Route):
     @cached_property
     def density(self) -> PositionalDensity:
         return PositionalDensity.build(
-            self.lamp.traced[0], self.lamp.surface, self.preset.density_neighbours,
+            self.lamp.records, self.lamp.surface, self.preset.density_neighbours,
             self.stages.rng("distillation", 1),
         )  # fmt: skip
 
@@ -112,7 +111,7 @@ class TeacherRoute(Route):
         batches = (
             FreshBatches(self.lamp.luminaire, device)
             if self.preset.fresh_records
-            else PowerBatches(self.lamp.traced[0], device)
+            else PowerBatches(self.lamp.records, device)
         )
         return lambda rng: -flow.log_pdf_projected(*batches.draw(rng, size)).mean()
 
@@ -136,7 +135,8 @@ class PhotonRoute(Route):
 
     def loss(self, student: Student) -> Loss:
         batches = PhotonBatches(self.lamp.luminaire, self.lamp.description, self.stages.device)
-        objective, size = chosen_loss(self.preset), self.preset.photons.batch
+        brightest = brightest_of(student, self.lamp.emission.brightest())
+        objective, size = chosen_loss(self.preset, brightest), self.preset.photons.batch
         return lambda rng: student_loss(student, *batches.draw(rng, size), objective)
 
 

@@ -1,6 +1,7 @@
 """A run directory: the complete, resumable record of one training run.
 
-config.json                 luminaire path and digest, preset (all sizes), seed, route
+config.json                 luminaire path and digest, preset (all sizes), seed, route, anchor
+                            asked for, and what was tried for `auto`
 description.json            sphere, flux, radiance scale, channels (`description.Description`)
 surface.npz                 positions [V,3], triangles [T,3], triangle_flux [T,3] in W
 escaped.npz                 direction [M,3], weight [M,3]: a random part of the exit records,
@@ -51,9 +52,15 @@ class Networks:
 
 @dataclass(frozen=True)
 class RunDirectory:
-    """Paths and typed access to a run directory."""
+    """Paths and typed access to a run directory.
+
+    Arguments:
+        power: factor on the power of the traced lamp, which its description and so its networks
+            have; what else the directory holds is as it was written.
+    """
 
     path: Path
+    power: float = 1.0
 
     @staticmethod
     def open(path: str | Path) -> RunDirectory:
@@ -105,7 +112,7 @@ class RunDirectory:
 
     @property
     def description(self) -> Description:
-        return Description.from_dict(self.read_json("description.json"))
+        return Description.from_dict(self.read_json("description.json")).scaled(self.power)
 
     # Tensors
 

@@ -50,7 +50,8 @@ class Stages:
 
     def bar(self, name: str, total: int, unit: str) -> Bar:
         """A progress bar that notes the stage's time."""
-        title = f"[{self.names.index(name) + 1}/{len(self.names)}] {name}"
+        number = f"[{self.names.index(name) + 1}/{len(self.names)}] " if name in self.names else ""
+        title = f"{number}{name}"
         return Bar(title, total, unit, lambda s: self.seconds.setdefault(name, s))
 
     def rng(self, stage: str, part: int = 0) -> np.random.Generator:

@@ -6,18 +6,26 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
+import drjit as dr
+import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
+from purelight_format.errors import PureLightError
+from purelight_train.learning.lines import Lines, lines_through
 from purelight_train.light.description import Description
+from purelight_train.light.emission import Emission
 from purelight_train.light.exit_records import ExitRecords, escaped_part, settle, triangle_flux
 from purelight_train.light.exit_surface import ExitSurface
 from purelight_train.light.light_tracing import BATCH, trace_records
 from purelight_train.light.luminaire import Luminaire, load_luminaire
+from purelight_train.light.rays import scene_extent
 from purelight_train.runs.stages import Stages
 
 HELD_OUT = 1 << 17
 ESCAPED = 1 << 19
+ORIGINS = 1 << 14
+NEEDLES = 5e-3
 
 
 @dataclass
@@ -42,17 +50,40 @@ class TracedLamp:
         return self.luminaire.exit_surface
 
     @cached_property
-    def traced(self) -> tuple[ExitRecords, NDArray[np.int64]]:
-        """The records kept, and the triangle each left."""
+    def emission(self) -> Emission:
+        scene = self.luminaire.scene
+        return Emission.of(scene, dr.opaque(mi.Float, scene_extent(scene)))
+
+    @cached_property
+    def lines(self) -> Lines:
+        """Lines through the lamp by which the flux of a radiance field is integrated."""
+        return lines_through(self.surface.sphere, self.emission.origins(ORIGINS))
+
+    @cached_property
+    def _traced(self) -> tuple[Description, ExitRecords, NDArray[np.int64]]:
+        """What was found of the lamp, the light that a viewer meets, and the triangle it left."""
         with self.stages.bar("light", -(-self.paths // BATCH) * BATCH, "path") as update:
-            records = trace_records(self.luminaire.scene, self.paths, self.stages.seed + 1, update)
-        return settle(records, self.surface)
+            records = trace_records(
+                self.luminaire.scene, self.paths, self.stages.seed + 1, update, self.surface
+            )
+        _require_radiance(records)
+        description = Description.of(records, self.luminaire)
+        return description, *settle(records, self.surface)
+
+    @property
+    def records(self) -> ExitRecords:
+        """The light kept for flux and photon map, as a viewer meets it."""
+        return self._traced[1]
 
     @cached_property
     def held_out(self) -> ExitRecords:
-        """Records that no network is trained on."""
-        records = trace_records(self.luminaire.scene, BATCH, self.stages.seed + 100_003)
-        return settle(records, self.surface)[0].take(slice(HELD_OUT))
+        """Light that no network is trained on, as a viewer meets it."""
+        seed = self.stages.seed + 100_003
+        records = trace_records(self.luminaire.scene, BATCH, seed, surface=self.surface)
+        settled = settle(records, self.surface)[0]
+        # Light that escapes comes first
+        order = np.random.default_rng(seed).permutation(len(settled))
+        return settled.take(order[:HELD_OUT])
 
     @cached_property
     def description(self) -> Description:
@@ -60,20 +91,35 @@ class TracedLamp:
         run = self.stages.run
         if (run.path / "escaped.npz").is_file():
             return run.description
-        return Description.of(self.traced[0], self.surface)
+        return self._traced[0]
 
     def store(self) -> None:
         """Store what the exporter needs of the lamp itself, unless it is stored."""
         run = self.stages.run
         if (run.path / "escaped.npz").is_file():
             return
-        records, triangle = self.traced
-        run.write_json("description.json", self.description.to_dict())
+        description, records, triangle = self._traced
+        run.write_json("description.json", description.to_dict())
         run.write_arrays(
             "surface.npz",
             positions=self.surface.positions,
             triangles=self.surface.triangles,
             triangle_flux=triangle_flux(records, triangle, len(self.surface.triangles)),
         )
-        direction, weight = escaped_part(records, ESCAPED)
+        direction, weight = escaped_part(records, description.flux, ESCAPED)
         run.write_arrays("escaped.npz", direction=direction, weight=weight)
+
+
+def _require_radiance(records: ExitRecords) -> None:
+    """Refuse a lamp that sends out infinitely thin rays: no network could tell its radiance.
+
+    Raises:
+        PureLightError: more than `NEEDLES` of its light is of that kind.
+    """
+    share = records.needles / (records.flux.sum() * records.paths)
+    if share > NEEDLES:
+        raise PureLightError(
+            f"{100 * share:.3g} % of the lamp's light comes from emitters without area (point, "
+            "spot) through nothing that scatters it, so it has no radiance; make them small "
+            "spheres with an area light"
+        )

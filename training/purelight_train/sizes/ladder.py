@@ -36,7 +36,7 @@ class Rung:
 def ladder(preset: Preset, surface: ExitSurface, rng: np.random.Generator) -> list[Rung]:
     """Students of growing width and resolution, up to that of the preset, with the link `log`.
 
-    One grid over anchors keeps the preset's share of its table.
+    Grids over anchors keep the preset's share of their tables.
     """
     unit = unit_points(surface, rng)
     rungs = [_rung(preset, share, unit) for share in SHARES]
@@ -78,9 +78,10 @@ def _rung(preset: Preset, share: float, unit: Unit) -> Rung:
         preset, student_grid=grid, anchor_grid=anchor, student_network=network,
         student_link="log",
     )  # fmt: skip
-    inputs = 2 * DEGREE**2 + sum(g.levels * g.features for g in (grid, anchor) if g is not None)
+    grids = [grid, *sized.anchors.values()]
+    inputs = 2 * DEGREE**2 + sum(g.levels * g.features for g in grids)
     macs = inputs * width + (depth - 1) * width**2 + 3 * width
-    tables = sum(_entries(g) for g in (grid, anchor) if g is not None)
+    tables = sum(map(_entries, grids))
     return Rung(sized, tables + macs + depth * width + 3, macs)
 
 

@@ -40,14 +40,15 @@ def right_size(
     training = reopen(run, Path(run.config["luminaire"]), device)
     student, rung, trials = StudentSize(training.lamp, training.student, training.stages)(target)
     figures = fidelity(
-        as_function(student, training.stages.device), training.lamp.surface,
-        training.lamp.held_out, training.stages.rng("metrics"),
+        as_function(student, training.stages.device), training.lamp,
+        training.stages.rng("metrics"),
     )  # fmt: skip
     preset, transparency = TransparencySize(training, target)(rung.preset)
     preset, sampler, fast_map = SamplerSizes(training, target)(preset)
     networks = {
         "student": student, "transparency": transparency, "sampler": sampler, "fast_map": fast_map
     }  # fmt: skip
+    output.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=output.parent, prefix=f".{output.name}") as folder:
         made = RunDirectory(Path(folder) / "run")
         shutil.copytree(run.path, made.path, ignore=shutil.ignore_patterns(*OF_THE_LARGER))

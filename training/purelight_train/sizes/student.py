@@ -16,7 +16,7 @@ import torch
 from torch import Tensor
 
 from purelight_format.errors import PureLightError
-from purelight_train.learning.photon_batches import reference_rays
+from purelight_train.learning.training_sets import viewed_rays
 from purelight_train.networks.student import Student, shaken
 from purelight_train.presets import Optimisation
 from purelight_train.runs.evaluation import as_function, close_flux
@@ -83,7 +83,7 @@ class StudentSize:
     def _rays(self, lines: int, part: int) -> Rays:
         """Position, normal, outgoing and the reference's radiance of uniform rays."""
         rng = self.stages.rng("student", 2 + part)
-        *rays, _ = reference_rays(self.lamp.surface, lines, rng)
+        rays = viewed_rays(self.lamp.surface, lines, rng, cosine=True)
         radiance = as_function(self.reference, self.stages.device)
         return self.stages.tensors(*rays, radiance(*rays))
 
@@ -99,7 +99,7 @@ class StudentSize:
         """Mean square error of log(radiance / scale + 1%), which is what MAPE measures."""
         position, normal, outgoing, true = batch
         scale, present = student.scale, student.channels.bool()
-        value = student(position, shaken(normal), outgoing)
+        value = student(position, normal, outgoing, shaken(normal))
         error = torch.log(value / scale + FLOOR) - torch.log(true / scale + FLOOR)
         return (error[:, present] ** 2).mean()
 
@@ -107,7 +107,7 @@ class StudentSize:
         """A student of a size after `steps` steps."""
         student = self.stages.build("student", Student, self.lamp.description, rung.preset)
         # The reference's gain is part of what is learned
-        student.ceiling.copy_(self.reference.ceiling + torch.log(self.reference.gain.max()))
+        student.ceiling.copy_(self.reference.ceiling + torch.log(self.reference.gain))
         settings = replace(FULL, steps=steps)
 
         def batch_loss(rng: np.random.Generator) -> Tensor:
@@ -135,10 +135,8 @@ class StudentSize:
             if trials[-1].expected > target:
                 continue
             student = self.train(rung, FULL.steps)
-            close_flux(
-                student, as_function(student, self.stages.device), self.lamp.surface,
-                self.lamp.description.flux, self.stages.rng("student", 1),
-            )  # fmt: skip
+            radiance = as_function(student, self.stages.device)
+            close_flux(student, radiance, self.lamp, self.stages.rng("student", 1))
             if self.error(student) <= target:
                 return student, rung, trials
         best = min(trial.expected for trial in trials)

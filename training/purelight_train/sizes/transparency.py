@@ -8,7 +8,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from purelight_train.learning.training_sets import throughput_set
+from purelight_train.learning.training_sets import transmittance_set
 from purelight_train.networks.transparency import Transparency
 from purelight_train.presets import Optimisation, Preset
 from purelight_train.runs.pipeline import Training
@@ -46,10 +46,10 @@ class TransparencySize:
         return preset, own
 
     def _lines(self, lines: int, part: int) -> tuple[Tensor, ...]:
-        """Position, normal, outgoing and a random throughput of lines through the lamp."""
+        """Position, normal, outgoing and a random transmittance of lines through the lamp."""
         stages, luminaire = self.training.stages, self.training.lamp.luminaire
         rng = stages.rng("transparency", part)
-        return stages.tensors(*throughput_set(luminaire, lines, rng, stages.seed + 50 + part))
+        return stages.tensors(*transmittance_set(luminaire, lines, rng, stages.seed + 50 + part))
 
     def _sizes(self, preset: Preset) -> list[Preset]:
         """The preset with smaller transparencies, from the smallest."""
@@ -71,5 +71,5 @@ class TransparencySize:
 
 @torch.no_grad()
 def square_error(network: Transparency, held_out: tuple[Tensor, ...]) -> float:
-    """Mean square error of throughputs, their own variance included."""
+    """Mean square error of transmittances, their own variance included."""
     return float(network.loss(*held_out))

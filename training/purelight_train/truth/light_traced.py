@@ -68,9 +68,10 @@ def sharp_share(scene: Any, seed: int = 0) -> float:
     """Part of the escaping power that no join can reach, which a lens has to catch: 0 .. 1."""
     sampler = mi.load_dict({"type": "independent"})
     sampler.seed(seed, BATCH)
-    _, _, _, weight, fate, _, sharp = trace_paths(Lamp(scene), sampler)
-    power = dr.select((fate == ESCAPED) & dr.all(dr.isfinite(weight)), dr.sum(weight), 0)
-    caught = dr.select(sharp, power, 0)
+    traced = trace_paths(Lamp(scene), sampler)
+    weight = traced.exit.weight
+    power = dr.select((traced.fate == ESCAPED) & dr.all(dr.isfinite(weight)), dr.sum(weight), 0)
+    caught = dr.select(traced.sharp, power, 0)
     dr.eval(power, caught)
     return float(np.array(caught, np.float64).sum() / np.array(power, np.float64).sum())
 
@@ -83,11 +84,11 @@ class _Exposure:
 
     def expose(self, sampler: Any) -> None:
         self._join_emitters(sampler)
-        _, _, _, weight, fate, _, sharp = traced = trace_paths(self.lamp, sampler, self._visit)
+        traced = trace_paths(self.lamp, sampler, self._visit)
         dr.eval(traced)
-        ray = mi.Ray3f(traced[0], traced[2])
+        out, caught = traced.exit, (traced.fate == ESCAPED) & traced.sharp
         for film in self.films:
-            film.catch(ray, weight, (fate == ESCAPED) & sharp)
+            film.catch(mi.Ray3f(out.position, out.direction), out.weight, caught)
 
     def _join_emitters(self, sampler: Any) -> None:
         """Join points of area lights to the lenses."""

@@ -48,6 +48,9 @@ class Materials:
 
         material, _ = UsdShade.MaterialBindingAPI(bound).ComputeBoundMaterial()
         surface = material.ComputeSurfaceSource()[0] if material else None
+        volume = material.ComputeVolumeSource()[0] if material else None
+        if volume:
+            self.note(volume.GetPrim(), "a participating medium; rendered without it")
         if not surface:
             if material:
                 self.note(material.GetPrim(), "no UsdPreviewSurface; rendered in display colour")

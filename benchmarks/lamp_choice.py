@@ -1,0 +1,135 @@
+"""Noise and time of choosing lamps by what they give at a point, beside choosing them by power.
+
+python -m benchmarks.lamp_choice --lamp lamp.plux [--counts 1 30 60] [--passes 8] [--mode accurate]
+    [--engine auto]
+
+Copies of a lamp, a tenth of a metre in radius, hang every two metres under the ceiling of a
+corridor. For each number of them it prints both ways' seconds a rendering, their variance over the
+squared mean (the median of the pixels), and how much longer by power takes to equal noise.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from purelight_format.errors import PureLightError
+
+APART, WIDTH, HEIGHT, RADIUS, SIZE = 2.0, 2.0, 2.5, 0.1, 96  # Metres; pixels.
+
+
+def main() -> int:
+    """Prints a row per number of lamps."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.lamp_choice", description=__doc__)
+    parser.add_argument("--lamp", type=Path, required=True, help=".plux bundle")
+    parser.add_argument("--counts", type=int, nargs="+", default=(1, 30, 60), help="of lamps")
+    parser.add_argument("--passes", type=int, default=8, help="renderings each")
+    parser.add_argument("--spp", type=int, default=16)
+    parser.add_argument("--mode", default="accurate")
+    parser.add_argument("--engine", default="auto")
+    arguments = parser.parse_args()
+    from purelight_mitsuba import use
+
+    try:
+        use()
+        print("lamps   s here  s power   var here  var power    gain")
+        for count in arguments.counts:
+            _row(arguments, count)
+    except PureLightError as error:
+        print(f"benchmarks.lamp_choice: error: {error}", file=sys.stderr)
+        return 2
+    return 0
+
+
+def _row(arguments: argparse.Namespace, count: int) -> None:
+    from purelight_mitsuba import lamps
+
+    ours, by_power = lamps.LampChoice, _by_power()
+    figures = []
+    for choice in (ours, by_power):
+        lamps.LampChoice = choice  # type: ignore[misc]
+        figures.append(_measure(arguments, count))
+    lamps.LampChoice = ours  # type: ignore[misc]
+    (seconds, noise), (seconds_power, noise_power) = figures
+    gain = seconds_power * noise_power / (seconds * noise)
+    row = f"{seconds:8.3f} {seconds_power:8.3f} {noise:10.4f} {noise_power:10.4f} {gain:7.2f}"
+    print(f"{count:5} {row}", flush=True)
+
+
+def _by_power() -> Any:
+    """A class that chooses lamps by their power, wherever they are."""
+    import mitsuba as mi
+
+    class ByPower:
+        def __init__(self, emitters: Sequence[Any]) -> None:
+            power = [e.level * e.luminaire.power * e.placement.scale**2 for e in emitters]
+            self._choice = mi.DiscreteDistribution(power)
+
+        def sample(self, u: Any, _: Any, active: Any) -> Any:
+            return self._choice.sample_pmf(u, active)
+
+        def probability(self, lamp: Any, _: Any, active: Any) -> Any:
+            return self._choice.eval_pmf_normalized(lamp, active)
+
+    return ByPower
+
+
+def _measure(arguments: argparse.Namespace, count: int) -> tuple[float, float]:
+    """Median seconds, and median relative variance of the pixels."""
+    import mitsuba as mi
+
+    scene = mi.load_dict(corridor(arguments.lamp, count))
+    settings = {"type": "purelight", "mode": arguments.mode, "engine": arguments.engine}
+    integrator = mi.load_dict(settings | {"max_depth": 3})
+    images, seconds = [], []
+    for seed in range(arguments.passes + 1):
+        start = time.perf_counter()
+        image = mi.render(scene, integrator=integrator, spp=arguments.spp, seed=seed)
+        images.append(np.array(image)[..., :3].mean(-1))
+        seconds.append(time.perf_counter() - start)
+    mean, variance = np.mean(images[1:], 0), np.var(images[1:], 0, ddof=1)  # The first compiles.
+    lit = mean > 0
+    return float(np.median(seconds[1:])), float(np.median(variance[lit] / mean[lit] ** 2))
+
+
+def corridor(path: Path, count: int) -> dict[str, Any]:
+    """A corridor, seen along its length, with one lamp in the middle or more all along."""
+    import mitsuba as mi
+
+    from purelight_mitsuba.luminaire import load
+
+    transform, sphere = mi.ScalarTransform4f, load(path).sphere
+    length = APART * max(count, 30)
+    content: dict[str, Any] = {"type": "scene"}
+    content["sensor"] = {
+        "type": "perspective",
+        "fov": 60,
+        "film": {"type": "hdrfilm", "width": SIZE, "height": SIZE},
+        "to_world": transform().look_at([0, -length / 4, 1.6], [0, 0, 1.4], [0, 0, 1]),
+    }
+    walls = {
+        "floor": ([0, 0, 0], [1, 0, 0], 0), "ceiling": ([0, 0, HEIGHT], [1, 0, 0], 180),
+        "left": ([-WIDTH / 2, 0, HEIGHT / 2], [0, 1, 0], 90),
+        "right": ([WIDTH / 2, 0, HEIGHT / 2], [0, 1, 0], -90),
+    }  # fmt: skip
+    for name, (centre, axis, angle) in walls.items():
+        turned = transform().translate(centre).rotate(axis, angle)
+        content[name] = {"type": "rectangle", "to_world": turned.scale([HEIGHT, length / 2, 1])}
+    for index in range(count):
+        there = [0, APART * (index - (count - 1) / 2), HEIGHT - 2 * RADIUS]
+        hung = transform().translate(there).scale(RADIUS / sphere.radius)
+        to_world = hung.translate([-c for c in sphere.center])
+        content[f"lamp{index}"] = {
+            "type": "purelight", "filename": str(path.resolve()), "to_world": to_world,
+        }  # fmt: skip
+    return content
+
+
+if __name__ == "__main__":
+    sys.exit(main())

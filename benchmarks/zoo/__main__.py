@@ -1,0 +1,102 @@
+"""Random lamps from a seed, each traced, trained, exported, validated, rendered and measured.
+
+python -m benchmarks.zoo --output out/zoo --lamps 40 --seed 1 [--preset draft] [--only 3 7]
+    [--jobs 2] [--stages make] [--again room]
+
+Every lamp has a process and a folder of its own, OUTPUT/SEED/LAMP: its scene, portrait, run and
+bundle, figures.json, log.txt, and sheet.png: its portrait, three views through a lens, two before
+a bright panel and a room, each as truth, ours and difference. Tables of all lamps are printed and
+written to OUTPUT/SEED/zoo.md and zoo.json, with their portraits in zoo.png. A later call does only
+what is missing; --again does the stages that it names once more (after the code has changed), or
+those that failed.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from pathlib import Path
+
+from benchmarks.zoo import sheet, table
+from benchmarks.zoo.record import STAGES, Record
+from benchmarks.zoo.runner import Job, Limits, jobs_of, run
+from benchmarks.zoo.settings import settings
+from purelight_format import atomic
+from purelight_format.errors import PureLightError
+
+PICTURES = ("portrait.png", "appearance.png", "transmittance.png", "room.png")
+
+
+def main() -> int:
+    """Run the zoo; returns 0, also if lamps failed, or 2 after a one-line error."""
+    try:
+        _zoo(_parser().parse_args())
+    except PureLightError as error:
+        print(f"benchmarks.zoo: error: {error}", file=sys.stderr)
+        return 2
+    return 0
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.zoo", description=__doc__)
+    add = parser.add_argument
+    add("--output", type=Path, default=Path("out/zoo"))
+    add("--lamps", type=int, default=40, help="how many")
+    add("--seed", type=int, default=1)
+    add("--preset", default="draft", help="of the training; tiny tries the machinery alone")
+    add("--only", type=int, nargs="+", metavar="N", help="numbers of the lamps to run")
+    add("--jobs", type=int, default=2, help="lamps side by side")
+    add("--threads", type=int, default=1, help="of each lamp")
+    add("--stages", nargs="+", choices=STAGES, default=list(STAGES))
+    add("--again", nargs="+", choices=(*STAGES, "failed"), default=[], metavar="STAGE")
+    add("--limit", type=float, default=3600, help="seconds of one lamp")
+    add("--memory", type=float, default=8, help="GiB of one lamp")
+    return parser
+
+
+def _zoo(arguments: argparse.Namespace) -> None:
+    settings(arguments.preset)  # an unknown one is refused before anything is made
+    indices = arguments.only or list(range(arguments.lamps))
+    if not indices or min(indices) < 0 or arguments.seed < 0:
+        raise PureLightError("--lamps must be at least 1, --only and --seed at least 0")
+    if min(arguments.jobs, arguments.threads) < 1:
+        raise PureLightError("--jobs and --threads must be at least 1")
+    jobs = jobs_of(
+        arguments.output, arguments.seed, indices, arguments.preset, arguments.stages,
+        arguments.threads,
+    )  # fmt: skip
+    for job in jobs:
+        job.prepare(arguments.again)
+    limits = Limits(arguments.limit, arguments.memory * 2**30)
+    for done, job in enumerate(run(jobs, limits, arguments.jobs), 1):
+        print(f"[{done}] {job.lamp.name}: {_state(job)}", file=sys.stderr, flush=True)
+    print(report(arguments.output / str(arguments.seed)))
+
+
+def _state(job: Job) -> str:
+    record = Record.open(job.folder)
+    troubles = table.unmeasured(record)
+    return record.stopped or "; ".join(f"{k}: {v}" for k, v in troubles.items()) or "done"
+
+
+def report(folder: Path) -> str:
+    """Write the tables and the gallery of all lamps in a seed's folder; returns the tables."""
+    records = {
+        path.parent.name: Record.open(path.parent) for path in sorted(folder.glob("*/figures.json"))
+    }
+    text = table.markdown(records)
+    atomic.write_bytes(folder / "zoo.md", text.encode())
+    data = json.dumps(table.summary(records), indent=2) + "\n"
+    atomic.write_bytes(folder / "zoo.json", data.encode())
+    portraits = {n: folder / n / "portrait.png" for n in records}
+    known = {n: file for n, file in portraits.items() if file.is_file()}
+    for name in records:
+        sheet.stacked(folder / name / "sheet.png", [folder / name / file for file in PICTURES])
+    if known:
+        sheet.gallery(folder / "zoo.png", known)
+    return text
+
+
+if __name__ == "__main__":
+    sys.exit(main())

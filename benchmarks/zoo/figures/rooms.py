@@ -1,0 +1,77 @@
+"""A lamp in a closed room, and patches of a room inside its bounding sphere."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.fidelity import Figures
+from benchmarks.zoo import sheet
+from benchmarks.zoo.figures import near, scenes
+from benchmarks.zoo.figures.case import Case
+from purelight_train.truth.metrics import Comparison
+from purelight_train.truth.picture import Picture
+
+GOAL = 0.015  # noise of a patch that is enough
+Image = NDArray[np.float64]
+
+
+def room(case: Case) -> Figures:
+    """A closed room in both modes, and by Mitsuba's light tracer where that is right."""
+    settings, sphere = case.settings, case.large_sphere
+    objects = scenes.room(sphere, settings.room_size)
+    mask = scenes.unseen(sphere, objects)
+    pictures = {
+        mode: scenes.passes(
+            objects | case.large.instance(case.subject.bundle),
+            {"type": "purelight", "mode": mode}, settings.room_spp,
+        )
+        for mode in ("accurate", "fast")
+    }  # fmt: skip
+    variance = {k: _variance(p, pictures["accurate"], mask) for k, p in pictures.items()}
+    figures: Figures = {"variance_fast_over_accurate": variance["fast"] / variance["accurate"]}
+    if not case.large.light_traceable:
+        return figures
+    spp = max(settings.room_paths // settings.room_size**2, 8)
+    truth = scenes.passes(objects | case.large.lit, case.large.integrator, spp)
+    sheet.save(case.large.folder.parent / "room.png", [
+        sheet.strip(truth.image, p.image, mask) for p in pictures.values()
+    ])  # fmt: skip
+    for mode, picture in pictures.items():
+        figures[mode] = Comparison(picture, truth, mask).to_dict() | {
+            "fireflies": _fireflies(picture.image, mask) / _fireflies(truth.image, mask)
+        }
+    return figures
+
+
+def _variance(picture: Picture, usual: Picture, mask: NDArray[np.bool_]) -> float:
+    """Relative variance of a picture, over a level that both have."""
+    level = usual.image[mask]
+    return float((picture.error[mask] ** 2 / (level**2 + (0.1 * level.mean()) ** 2)).mean())
+
+
+def _fireflies(image: Image, mask: NDArray[np.bool_]) -> float:
+    """99.99th percentile over mean."""
+    values = image[mask].mean(-1)
+    return float(np.quantile(values, 0.9999) / values.mean())
+
+
+def near_field(case: Case) -> Figures:
+    """Irradiance on small patches inside the bounding sphere, outside all bodies."""
+    settings, sphere = case.settings, case.large_sphere
+    results: list[near.Result] = []
+    dark = 0
+    lamp, integrator = case.ours("accurate")
+    for place in near.places(case.large.lit, sphere):
+        if len(results) == settings.patches or dark > settings.patches:
+            break
+        objects = scenes.patch(place.at, place.normal, place.half)
+        true = scenes.passes(
+            objects | case.large.lit, case.large.integrator, settings.patch_paths // 4, 32, GOAL
+        )
+        if not true.image.any():
+            dark += 1
+            continue
+        told = scenes.passes(objects | lamp, integrator, settings.patch_spp // 4, 32, GOAL)
+        results.append(near.compared(told, true, place, sphere))
+    return near.summary(results, dark)

@@ -1,0 +1,129 @@
+"""What must hold of a lamp's geometry before any light is traced in it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import combinations
+
+import numpy as np
+import trimesh
+from numpy.typing import NDArray
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+from trimesh.ray.ray_pyembree import RayMeshIntersector
+
+from benchmarks.zoo.lamps.lamp import Lamp
+from benchmarks.zoo.lamps.pieces import Piece
+
+Floats = NDArray[np.float64]
+AWAY = np.array([0.5773, 0.4142, 0.7038])  # a direction that no lamp is aligned to
+
+
+@dataclass(frozen=True)
+class Shell:
+    """One connected surface of a piece, as triangles of merged corners."""
+
+    piece: Piece
+    mesh: trimesh.Trimesh
+
+    @cached_property
+    def rays(self) -> RayMeshIntersector:
+        return RayMeshIntersector(self.mesh, scale_to_box=False)
+
+    @cached_property
+    def edges(self) -> Floats:
+        """Ends of its edges: [E, 2, 3]."""
+        ends: Floats = self.mesh.vertices[self.mesh.edges_unique]
+        return ends
+
+
+def faults(lamp: Lamp) -> list[str]:
+    """All that is wrong with a lamp's geometry, in words; nothing if it is sound."""
+    found = [fault for piece in lamp.pieces for fault in _piece_faults(piece)]
+    if found:
+        return found
+    shells = [shell for piece in lamp.pieces for shell in split(piece)]
+    found += [
+        f"{a.piece.name} and {b.piece.name} meet" for a, b in combinations(shells, 2) if meet(a, b)
+    ]
+    return found + list(_depth_faults(shells))
+
+
+def split(piece: Piece) -> list[Shell]:
+    """The connected surfaces of a piece; corners at one place are one."""
+    mesh = piece.triangles
+    corners, index = np.unique(mesh.vertices.round(12), axis=0, return_inverse=True)
+    faces = index.reshape(-1)[mesh.faces]
+    pairs = np.concatenate((faces[:, :2], faces[:, 1:]))
+    graph = coo_matrix((np.ones(len(pairs)), pairs.T), (len(corners), len(corners)))
+    count, label = connected_components(graph, directed=False)
+    made = [
+        trimesh.Trimesh(corners, faces[label[faces[:, 0]] == k], process=False)
+        for k in range(count)
+    ]
+    for part in made:
+        part.remove_unreferenced_vertices()
+    return [Shell(piece, part) for part in made if len(part.faces)]
+
+
+def meet(a: Shell, b: Shell) -> bool:
+    """Whether an edge of one surface passes through the other, or touches it."""
+    return _pierced(a, b) or _pierced(b, a)
+
+
+def _piece_faults(piece: Piece) -> Iterator[str]:
+    mesh = piece.triangles
+    if not np.isfinite(mesh.vertices).all():
+        yield f"{piece.name} has corners that are no numbers"
+        return
+    if mesh.area_faces.min() <= 1e-12:
+        yield f"{piece.name} has a triangle without area"
+    if not piece.solid:
+        return
+    for shell in split(piece):
+        if not (shell.mesh.is_watertight and shell.mesh.is_winding_consistent):
+            yield f"{piece.name} is not closed"
+
+
+def _pierced(a: Shell, b: Shell) -> bool:
+    """Whether an edge of `a` meets a triangle of `b`."""
+    low, high = b.mesh.bounds
+    ends = a.edges
+    near = ((ends.min(1) <= high) & (ends.max(1) >= low)).all(1)
+    if not near.any():
+        return False
+    start, along = ends[near, 0], ends[near, 1] - ends[near, 0]
+    length = np.linalg.norm(along, axis=1)
+    direction = along / length[:, None]
+    triangle = b.rays.intersects_first(start, direction)
+    hit = np.flatnonzero(triangle >= 0)
+    corner, normal = b.mesh.triangles[triangle[hit], 0], b.mesh.face_normals[triangle[hit]]
+    slant = (normal * direction[hit]).sum(1)
+    distance = ((corner - start[hit]) * normal).sum(1) / np.where(slant == 0, 1, slant)
+    return bool((distance <= length[hit] * (1 + 1e-6)).any())
+
+
+def _depth_faults(shells: list[Shell]) -> Iterator[str]:
+    """Surfaces that stand inside a body: how often others go around them must be none.
+
+    A hollow is cut out of its own body, so that goes around it once.
+    """
+    bodies = [s for s in shells if s.piece.solid]
+    for shell in shells:
+        hollow = shell.piece.solid and shell.mesh.volume < 0
+        at = shell.mesh.vertices[0]
+        depth = sum(_winding(body, at) for body in bodies if body is not shell)
+        if depth != (1 if hollow else 0):
+            yield f"{shell.piece.name} stands in {depth} bodies"
+
+
+def _winding(shell: Shell, point: Floats) -> int:
+    """How often a closed surface goes around a point: -1 for a hollow."""
+    a, b, c = (shell.mesh.triangles[:, k] - point for k in range(3))
+    sides = [np.cross(p, q) @ AWAY for p, q in ((a, b), (b, c), (c, a))]
+    front = np.all([s > 0 for s in sides], 0)
+    back = np.all([s < 0 for s in sides], 0)
+    ahead = (a * np.cross(b - a, c - a)).sum(1) * np.where(front, 1, -1) > 0
+    return int((front & ahead).sum() - (back & ahead).sum())
