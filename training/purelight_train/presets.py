@@ -67,8 +67,7 @@ class Preset:
         fast_map_one_hot: evaluate the fast map's network channel by channel (`fast_map`).
         photons: optimisation of the student on the route `photons`; its batch counts photons.
         photon_loss: `both`, `logistic` or `poisson` (`photon_loss`).
-        reference_ratio: weight of the reference rays against the photons, for `logistic`; what is
-            darker than this part of the mean radiance is learned as well as what is brighter.
+        reference_ratio: weight of the reference rays against the photons, for `logistic`.
         anchor: which anchors of the ray the student encodes besides the point, one of `ANCHORS`
             (`surface_network`).
         anchor_grid: grid over each of them.
@@ -100,7 +99,7 @@ class Preset:
     fast_map_one_hot: bool
     photons: Optimisation
     photon_loss: str = "both"
-    reference_ratio: float = 0.2
+    reference_ratio: float = 1.0
     fresh_records: bool = False
     anchor: str = "none"
     anchor_grid: GridSize | None = None

@@ -119,19 +119,24 @@ def test_points_between_learn_the_light_they_see(plates: Any, mitsuba: Any) -> N
 
     from purelight_train.learning.photon_batches import PhotonBatches
     from purelight_train.learning.photon_loss import chosen_loss, student_loss
+    from purelight_train.learning.reference_rays import ReferenceRays
     from purelight_train.light.description import Description
+    from purelight_train.light.exit_records import settle
     from purelight_train.light.light_tracing import trace_records
     from purelight_train.networks.student import Student
     from purelight_train.presets import DRAFT, GridSize, MLPSize
 
     luminaire = plates(0.8)
-    description = Description.of(trace_records(luminaire.scene, 1, 1), luminaire)
+    records = trace_records(luminaire.scene, 1, 1, surface=luminaire.exit_surface)
+    description = Description.of(records, luminaire)
     small = dataclasses.replace(
         DRAFT, student_grid=GridSize(2, 2, 4, 16, 1 << 12), student_network=MLPSize(24, 2)
     ).for_route("photons")
     torch.manual_seed(0)
     student = Student(description, small)
-    batches = PhotonBatches(luminaire, description, torch.device("cpu"))
+    surface = luminaire.exit_surface
+    references = ReferenceRays.of(surface, *settle(records, surface))
+    batches = PhotonBatches(luminaire, description, references, torch.device("cpu"))
     adam, rng = torch.optim.Adam(student.parameters(), lr=1e-2), np.random.default_rng(0)
     loss = chosen_loss(small, torch.tensor([10.0, 10.0]))
     for step in range(250):

@@ -57,14 +57,13 @@ def test_unknown_loss_is_refused() -> None:
         chosen_loss(dataclasses.replace(DRAFT, photon_loss="cubic"), BRIGHTEST)
 
 
-def test_reference_rays_are_uniform_by_area_and_projected_angle(lamp: Path) -> None:
+def test_rays_are_uniform_by_area_and_projected_angle(lamp: Path) -> None:
     """Their cosine is 2/3 in the mean, and their points are uniform."""
-    from purelight_train.learning.photon_batches import reference_rays
     from purelight_train.light.luminaire import load_luminaire
 
     surface = load_luminaire(lamp).exit_surface
     rng = np.random.default_rng(0)
-    position, normal, outgoing = reference_rays(surface, 1 << 18, rng)
+    position, normal, outgoing = surface.sample_rays(1 << 18, rng)
     cosine = np.einsum("nd,nd->n", normal, outgoing)
     assert cosine.mean() == pytest.approx(2 / 3, abs=2e-3)
     offset = position - np.asarray(surface.sphere.center)
@@ -74,15 +73,19 @@ def test_reference_rays_are_uniform_by_area_and_projected_angle(lamp: Path) -> N
 
 def test_photons_weigh_one_in_every_channel(lamp: Path) -> None:
     from purelight_train.learning.photon_batches import seen_photons
+    from purelight_train.learning.reference_rays import ReferenceRays
+    from purelight_train.light.exit_records import settle
     from purelight_train.light.light_tracing import trace_records
     from purelight_train.light.luminaire import load_luminaire
 
     luminaire = load_luminaire(lamp)
     records = trace_records(luminaire.scene, 1, 0)
-    *_, weight = seen_photons(records, luminaire.exit_surface, records.flux)
+    surface = luminaire.exit_surface
+    references = ReferenceRays.of(surface, *settle(records, surface))
+    *_, weight = seen_photons(records, references, records.flux)
     assert len(weight) > 0.99 * len(records)
     np.testing.assert_allclose(weight.mean(0), 1, rtol=0.01)
-    *_, red = seen_photons(records, luminaire.exit_surface, records.flux * np.array([1, 0, 0]))
+    *_, red = seen_photons(records, references, records.flux * np.array([1, 0, 0]))
     assert (red[:, 1:] == 0).all()
 
 
@@ -92,7 +95,9 @@ def test_student_finds_a_lambertian_sphere(lamp: Path, mitsuba: Any) -> None:
 
     from purelight_train.learning.photon_batches import PhotonBatches
     from purelight_train.learning.photon_loss import student_loss
+    from purelight_train.learning.reference_rays import ReferenceRays
     from purelight_train.light.description import Description
+    from purelight_train.light.exit_records import settle
     from purelight_train.light.light_tracing import trace_records
     from purelight_train.light.luminaire import load_luminaire
     from purelight_train.networks.student import Student
@@ -111,7 +116,9 @@ def test_student_finds_a_lambertian_sphere(lamp: Path, mitsuba: Any) -> None:
     ).for_route("photons", anchor="none")
     torch.manual_seed(0)
     student = Student(description, small)
-    batches = PhotonBatches(luminaire, description, torch.device("cpu"))
+    surface = luminaire.exit_surface
+    references = ReferenceRays.of(surface, *settle(records, surface))
+    batches = PhotonBatches(luminaire, description, references, torch.device("cpu"))
     adam, rng = torch.optim.Adam(student.parameters(), lr=1e-2), np.random.default_rng(0)
     loss = chosen_loss(small, torch.tensor([10.0, 10.0]))
     for step in range(120):
@@ -119,7 +126,7 @@ def test_student_finds_a_lambertian_sphere(lamp: Path, mitsuba: Any) -> None:
         adam.zero_grad()
         student_loss(student, *batches.draw(rng, 1 << 11), loss).backward()
         adam.step()
-    rays = batches.references.draw(rng, 1 << 12)
+    *rays, _ = batches.references.draw(rng, 1 << 12)
     with torch.no_grad():
         value = student(*rays).numpy()
     assert (value[:, 1] == 0).all()

@@ -10,9 +10,9 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
+from purelight_train.learning.reference_rays import ReferenceRays
 from purelight_train.light.description import Description
 from purelight_train.light.exit_records import ExitRecords, settle
-from purelight_train.light.exit_surface import ExitSurface, cosine_directions
 from purelight_train.light.light_tracing import BATCH, trace_records
 from purelight_train.light.luminaire import Luminaire
 
@@ -22,32 +22,20 @@ RAYS = 1 << 19
 
 
 def seen_photons(
-    records: ExitRecords, surface: ExitSurface, flux: NDArray[np.float64]
-) -> tuple[Float, Float, Float, Float]:
-    """Position, geometric normal and direction of light as a viewer meets it, and its weight.
+    records: ExitRecords, references: ReferenceRays, flux: NDArray[np.float64]
+) -> tuple[Float, Float, Float, Float, Float]:
+    """Position, geometric normal and direction of light as a viewer meets it, rho, and its weight.
 
     Returns:
-        four of [N, 3]; the weights are relative to the flux, so that in every channel present their
-        sum over N is one for the light that escapes, and more with light that meets the lamp again.
+        three of [N, 3]; the logarithm of the references' rho, [N]; and [N, 3] weights relative to
+        the flux, so that in every channel present their sum over N is one for the light that
+        escapes, and more with light that meets the lamp again.
     """
-    seen, _ = settle(records, surface)
+    seen, triangle = settle(records, references.surface)
     scale = np.divide(len(seen) / records.paths, flux, out=np.zeros(3), where=flux > 0)
     weight = (seen.weight * scale).astype(np.float32)
-    return seen.position, seen.normal, seen.direction, weight
-
-
-def reference_rays(
-    surface: ExitSurface, count: int, rng: np.random.Generator
-) -> tuple[Float, Float, Float]:
-    r"""Position, normal and outgoing direction, uniform by area and projected solid angle.
-
-    Light that meets the lamp again is among them, as it is among the photons: points under a shade
-    see it. The mean of f over the pairs estimates
-    :math:`\frac{1}{\pi A} \int\int f \cos\theta\,d\omega\,dA`, with A the area of both sides of
-    sheets.
-    """
-    position, normal = surface.sample(count, rng)
-    return position, normal, cosine_directions(normal, rng)
+    log_ratio = references.log_ratio(triangle, seen.normal, seen.direction)
+    return seen.position, seen.normal, seen.direction, log_ratio, weight
 
 
 @dataclass
@@ -61,39 +49,57 @@ class Stream:
     make: Callable[[int], Chunk]
     chunk: Chunk = ()
     used: int = 0
+    number: int = -1
 
     def draw(self, rng: np.random.Generator, size: int) -> Chunk:
         """The next rows of every tensor of the chunk, at most a chunk's length."""
         if not self.chunk or self.used + size > len(self.chunk[0]):
-            self.chunk, self.used = self.make(int(rng.integers(1 << 31))), 0
+            self._next(int(rng.integers(1 << 31)))
         self.used += size
         return tuple(t[self.used - size : self.used] for t in self.chunk)
+
+    def _next(self, number: int) -> None:
+        if number != self.number:  # another trial may begin with the chunk that is at hand
+            self.chunk, self.number = self.make(number), number
+        self.used = 0
+
+    def restart(self) -> None:
+        """Go on with another chunk at the next draw."""
+        self.used = len(self.chunk[0]) if self.chunk else 0
 
 
 class PhotonBatches:
     """Endless photons and reference rays of one lamp, made while they are used."""
 
     def __init__(
-        self, luminaire: Luminaire, description: Description, device: torch.device
+        self,
+        luminaire: Luminaire,
+        description: Description,
+        reference_rays: ReferenceRays,
+        device: torch.device,
     ) -> None:
-        self.luminaire, self.device = luminaire, device
+        self.luminaire, self.device, self.reference_rays = luminaire, device, reference_rays
         self.flux = np.array(description.flux)
         self.photons, self.references = Stream(self._photons), Stream(self._references)
 
     def draw(self, rng: np.random.Generator, size: int) -> tuple[Chunk, Chunk]:
-        """As many photons as reference rays: (position, normal, outgoing), and photons' weight."""
+        """As many photons as reference rays: (position, normal, outgoing, log rho), and weight."""
         return self.photons.draw(rng, size), self.references.draw(rng, size)
+
+    def restart(self) -> None:
+        """Begin anew, for another network that is to see the same."""
+        self.photons.restart()
+        self.references.restart()
 
     def _photons(self, number: int) -> Chunk:
         surface = self.luminaire.exit_surface
         records = trace_records(self.luminaire.scene, BATCH, number, surface=surface)
-        return self._shuffled(number, *seen_photons(records, surface, self.flux))
+        columns = seen_photons(records, self.reference_rays, self.flux)
+        order = np.random.default_rng([number, 1]).permutation(len(columns[0]))
+        return self._tensors(*(column[order] for column in columns))
 
     def _references(self, number: int) -> Chunk:
-        rng = np.random.default_rng(number)
-        rays = reference_rays(self.luminaire.exit_surface, RAYS, rng)
-        return tuple(torch.from_numpy(a).to(self.device) for a in rays)
+        return self._tensors(*self.reference_rays.sample(RAYS, np.random.default_rng(number)))
 
-    def _shuffled(self, number: int, *arrays: Float) -> Chunk:
-        order = np.random.default_rng([number, 1]).permutation(len(arrays[0]))
-        return tuple(torch.from_numpy(a[order]).to(self.device) for a in arrays)
+    def _tensors(self, *arrays: Float) -> Chunk:
+        return tuple(torch.from_numpy(a).to(self.device) for a in arrays)

@@ -1,11 +1,11 @@
 r"""Fitting radiance straight to photons, without a density model to normalise (design, `photons`).
 
-With f = radiance / scale, reference pairs uniform by area x projected solid angle, and photons of
-relative weight w, the losses below are least where f is the lamp's radiance:
+With f the radiance over its scale and over the density rho of the reference rays (`ReferenceRays`),
+and photons of relative weight w, the losses below are least where f is the lamp's:
 
 - `poisson`: the likelihood of a Poisson process with intensity f,
   :math:`E_{ref}[f] - E_{photon}[w \log f]`;
-- `logistic`: telling photons from `ratio` times as many reference pairs (noise-contrastive
+- `logistic`: telling photons from `ratio` times as many reference rays (noise-contrastive
   estimation, Gutmann and Hyvaerinen 2010), whose gradients are bounded where f is huge:
   :math:`r\,E_{ref}[\log(1 + f / r)] + E_{photon}[w \log(1 + r / f)]`;
 - `both`: their sum. What a small network cannot fit, the bounded loss bends towards the bright,
@@ -25,6 +25,7 @@ from torch.nn.functional import softplus
 
 from purelight_format.errors import PureLightError
 from purelight_train.learning.photon_batches import Chunk
+from purelight_train.learning.reference_rays import UNIFORM_SHARE
 from purelight_train.networks.student import Student
 from purelight_train.presets import Preset
 
@@ -35,7 +36,7 @@ UNKNOWN_BRIGHTEST = 1e5  # times the mean radiance, where emitters without area 
 def poisson(brightest: Tensor) -> Loss:
     """Negative log-likelihood, of the arguments
 
-        photon, reference: log f at photons [N, C] and at reference pairs [M, C];
+        photon, reference: log f at photons [N, C] and at reference rays [M, C];
         weight: [N, C] of the photons.
 
     Arguments:
@@ -52,7 +53,7 @@ def poisson(brightest: Tensor) -> Loss:
 
 
 def logistic(ratio: float) -> Loss:
-    """Classification loss with `ratio` reference pairs a photon; its arguments are `poisson`'s."""
+    """Classification loss with `ratio` reference rays a photon; its arguments are `poisson`'s."""
     shift = math.log(ratio)
 
     def loss(photon: Tensor, weight: Tensor, reference: Tensor) -> Tensor:
@@ -90,16 +91,19 @@ def chosen_loss(preset: Preset, brightest: Tensor) -> Loss:
 
 
 def brightest_of(student: Student, emitters: NDArray[np.float64]) -> Tensor:
-    """Twice the largest radiance of the emitters, [3], over the scale of each channel present."""
+    """Bound on f: the largest radiance of the emitters over the scale, of each channel present.
+
+    It is that over the least rho.
+    """
     present = student.channels.bool().cpu()
     ratio = torch.from_numpy(emitters).float() / student.scale.cpu()
-    return (2 * ratio[present]).clamp(1, UNKNOWN_BRIGHTEST).to(student.scale.device)
+    return (ratio[present] / UNIFORM_SHARE).clamp(1, UNKNOWN_BRIGHTEST).to(student.scale.device)
 
 
 def student_loss(student: Student, photons: Chunk, references: Chunk, loss: Loss) -> Tensor:
     """Loss of a student with the link `log` on rows of `photon_batches`, channels present only."""
-    *photon_rays, weight = photons
-    rays = (torch.cat(pair) for pair in zip(photon_rays, references, strict=True))
+    *seen, weight = photons
+    *rays, log_ratio = (torch.cat(pair) for pair in zip(seen, references, strict=True))
     present = student.channels.bool()
-    log = student.log_radiance(*rays)[:, present]
+    log = student.log_radiance(*rays)[:, present] - log_ratio[:, None]
     return loss(log[: len(weight)], weight[:, present], log[len(weight) :])

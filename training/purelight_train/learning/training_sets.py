@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from purelight_train.learning.cap_samples import CapSamples
-from purelight_train.learning.photon_batches import reference_rays
 from purelight_train.learning.teacher import Teacher
 from purelight_train.light.exit_surface import ExitSurface, inward_rays
 from purelight_train.light.luminaire import Luminaire
@@ -32,7 +31,7 @@ def viewed_rays(
     origin, direction = inward_rays(surface.sphere, count // 2, rng, cosine=cosine)
     hits = surface.intersect(origin, direction)
     rays = (hits.position, hits.normal, -direction[hits.index])
-    near = reference_rays(surface, count - count // 2, rng)
+    near = surface.sample_rays(count - count // 2, rng)
     outside, nearby, outgoing = (np.concatenate(pair) for pair in zip(rays, near, strict=True))
     return outside, nearby, outgoing
 

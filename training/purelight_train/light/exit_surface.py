@@ -123,6 +123,16 @@ class ExitSurface:
         chosen = rng.choice(len(weight), size=count, p=weight)
         return self._points(chosen, rng.random((2, count)), rng)
 
+    def sample_rays(self, count: int, rng: np.random.Generator) -> tuple[Float, Float, Float]:
+        r"""Position, normal and outgoing direction, uniform by area and projected solid angle.
+
+        The mean of a field f over them estimates
+        :math:`\frac{1}{\pi A} \int\int f \cos\theta\,d\omega\,dA`, with A the area of both
+        sides of sheets. Light that meets the lamp again is among them: three of [count, 3].
+        """
+        position, normal = self.sample(count, rng)
+        return position, normal, cosine_directions(normal, rng)
+
     def sample_evenly(self, count: int, rng: np.random.Generator) -> tuple[Float, Float]:
         """As `sample`, but spread out: sums over the points have far less noise.
 
@@ -139,14 +149,17 @@ class ExitSurface:
         self, chosen: NDArray[np.int64], square: NDArray[np.float64], rng: np.random.Generator
     ) -> tuple[Float, Float]:
         """Points of triangles from numbers in the unit square, and their normals."""
+        normal = self._cross[chosen] / np.linalg.norm(self._cross[chosen], axis=1, keepdims=True)
+        normal[self.two_sided[chosen] & (rng.random(len(chosen)) < 0.5)] *= -1
+        return self.points_of(chosen, square), normal.astype(np.float32)
+
+    def points_of(self, triangle: NDArray[np.int64], square: NDArray[np.float64]) -> Float:
+        """Points of triangles [N] from uniform numbers [2, N]: [N, 3]."""
         u, v = square
         root = np.sqrt(u)
         bary = np.stack((1 - root, root * (1 - v), root * v), 1)
-        corner = self.positions[self.triangles[chosen]]
-        normal = self._cross[chosen] / np.linalg.norm(self._cross[chosen], axis=1, keepdims=True)
-        normal[self.two_sided[chosen] & (rng.random(len(chosen)) < 0.5)] *= -1
-        point = np.einsum("nk,nkd->nd", bary, corner)
-        return point.astype(np.float32), normal.astype(np.float32)
+        corner = self.positions[self.triangles[triangle]]
+        return np.einsum("nk,nkd->nd", bary, corner).astype(np.float32)
 
     def shading_normals(self, position: Float, normal: Float, triangle: NDArray[Any]) -> Float:
         """Normals of the scene's own shading frame, on the side of `normal`: [N, 3].

@@ -30,19 +30,23 @@ def choose_anchor(lamp: TracedLamp, preset: Preset) -> tuple[str, dict[str, floa
     names = [
         n for n, kinds in ANCHORS.items() if lamp.description.index > 1 or "refracted" not in kinds
     ]
+    batches = PhotonBatches(
+        lamp.luminaire, lamp.description, lamp.reference_rays, lamp.stages.device
+    )
     with lamp.stages.bar("anchor", len(names), "trial") as update:
         tried = {}
         for done, name in enumerate(names, 1):
-            tried[name] = round(_trial(lamp, preset.for_route("photons", anchor=name)), 4)
+            batches.restart()
+            own = preset.for_route("photons", anchor=name)
+            tried[name] = round(_trial(lamp, own, batches), 4)
             update(done)
     return max(tried, key=lambda name: tried[name]), tried
 
 
-def _trial(lamp: TracedLamp, preset: Preset) -> float:
+def _trial(lamp: TracedLamp, preset: Preset, batches: PhotonBatches) -> float:
     """Held-out gain in nats of a student after a whole, short schedule."""
     stages, description = lamp.stages, lamp.description
     student = stages.build("student", Student, description, preset)
-    batches = PhotonBatches(lamp.luminaire, description, stages.device)
     brightest = brightest_of(student, lamp.emission.brightest())
     objective, size = chosen_loss(preset, brightest), preset.photons.batch
     settings: Optimisation = replace(preset.photons, steps=min(STEPS, preset.photons.steps))

@@ -134,7 +134,8 @@ class PhotonRoute(Route):
         return self.preset.photons
 
     def loss(self, student: Student) -> Loss:
-        batches = PhotonBatches(self.lamp.luminaire, self.lamp.description, self.stages.device)
+        lamp, device = self.lamp, self.stages.device
+        batches = PhotonBatches(lamp.luminaire, lamp.description, lamp.reference_rays, device)
         brightest = brightest_of(student, self.lamp.emission.brightest())
         objective, size = chosen_loss(self.preset, brightest), self.preset.photons.batch
         return lambda rng: student_loss(student, *batches.draw(rng, size), objective)

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from purelight_format.errors import PureLightError
 from purelight_train.learning.lines import Lines, lines_through
+from purelight_train.learning.reference_rays import ReferenceRays
 from purelight_train.light.description import Description
 from purelight_train.light.emission import Emission
 from purelight_train.light.exit_records import ExitRecords, escaped_part, settle, triangle_flux
@@ -74,6 +75,12 @@ class TracedLamp:
     def records(self) -> ExitRecords:
         """The light kept for flux and photon map, as a viewer meets it."""
         return self._traced[1]
+
+    @cached_property
+    def reference_rays(self) -> ReferenceRays:
+        """Rays to compare photons with, drawn where the light is."""
+        _, records, triangle = self._traced
+        return ReferenceRays.of(self.surface, records, triangle)
 
     @cached_property
     def held_out(self) -> ExitRecords:
