@@ -31,10 +31,10 @@ def seen_photons(
         the flux, so that in every channel present their sum over N is one for the light that
         escapes, and more with light that meets the lamp again.
     """
-    seen, triangle = settle(records, references.surface)
+    seen, triangle = settle(records, references.chart.surface)
     scale = np.divide(len(seen) / records.paths, flux, out=np.zeros(3), where=flux > 0)
     weight = (seen.weight * scale).astype(np.float32)
-    log_ratio = references.log_ratio(triangle, seen.normal, seen.direction)
+    log_ratio = references.log_ratio(seen.position, seen.normal, seen.direction, triangle)
     return seen.position, seen.normal, seen.direction, log_ratio, weight
 
 

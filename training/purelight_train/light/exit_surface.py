@@ -161,6 +161,12 @@ class ExitSurface:
         corner = self.positions[self.triangles[triangle]]
         return np.einsum("nk,nkd->nd", bary, corner).astype(np.float32)
 
+    def square_of(self, position: Float, triangle: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Inverse of `points_of`: [N, 3] and [N] -> [2, N]."""
+        first, second, third = self._barycentric(position, triangle).T
+        rest = second + third
+        return np.stack(((1 - first) ** 2, third / np.where(rest > 0, rest, 1)))
+
     def shading_normals(self, position: Float, normal: Float, triangle: NDArray[Any]) -> Float:
         """Normals of the scene's own shading frame, on the side of `normal`: [N, 3].
 
