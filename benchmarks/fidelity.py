@@ -38,6 +38,7 @@ from purelight_train.truth.thin_lens import ThinLens, aperture_for
 from purelight_train.truth.views import field_view, three_views
 
 FLOOR_ALBEDO = 0.01
+PASS, PASSES = 1 << 20, 8  # samples of the flux
 CHUNK = 1 << 23  # paths whose records are held at once
 Figures = dict[str, Any]
 Image = NDArray[np.float64]
@@ -99,7 +100,7 @@ def flux(subject: Subject) -> Figures:
 
     Channels without light have none.
     """
-    student, error = sphere_flux(subject, 1 << 20)
+    student, error = sphere_flux(subject)
     true = np.asarray(subject.description.flux)
 
     def over(value: NDArray[np.float64]) -> list[float | None]:
@@ -114,23 +115,37 @@ def flux(subject: Subject) -> Figures:
 
 
 def sphere_flux(
-    subject: Subject, samples: int, radii: float = 3.0
+    subject: Subject, radii: float = 3.0, precision: float = 1e-3
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     r"""Light through a sphere around the lamp, and its standard error: two of [3] in W.
 
     :math:`\Phi = \int_A \int L \cos\theta\,d\omega\,dA` over points of the sphere and directions
     that the bundle's sampler draws: far less noise than points and directions drawn evenly have.
+    Samples are added until the error is small enough, `PASSES` times at most.
     """
-    rng, sphere = np.random.default_rng(1), subject.description.sphere
-    outward = rng.normal(size=(samples, 3))
+    rng, first, second = np.random.default_rng(1), np.zeros(3), np.zeros(3)
+    for passes in range(1, PASSES + 1):
+        value = _through_sphere(subject, radii, rng)
+        first, second = first + value.mean(0), second + (value**2).mean(0)
+        mean = first / passes
+        variance = np.maximum(second / passes - mean**2, 0)
+        error = np.sqrt(variance / (passes * len(value)))
+        if (error <= precision * mean).all():
+            break
+    return mean, error
+
+
+def _through_sphere(subject: Subject, radii: float, rng: np.random.Generator) -> Image:
+    """Estimates of the flux, in W: [PASS, 3]."""
+    sphere = subject.description.sphere
+    outward = rng.normal(size=(PASS, 3))
     outward /= np.linalg.norm(outward, axis=1, keepdims=True)
     distance = radii * sphere.radius
     point = (np.asarray(sphere.center) + distance * outward).astype(np.float32)
-    toward, pdf = subject.luminaire.sample(point, rng.random((samples, 2)).astype(np.float32))
+    toward, pdf = subject.luminaire.sample(point, rng.random((PASS, 2)).astype(np.float32))
     seen = look(subject.surface, subject.radiance, point, toward.astype(np.float32))
     cosine = -np.einsum("nd,nd->n", toward, outward)
-    value = 4 * math.pi * distance**2 * seen * (cosine / pdf)[:, None]
-    return value.mean(0), value.std(0) / math.sqrt(samples)
+    return 4 * math.pi * distance**2 * seen * (cosine / pdf)[:, None]
 
 
 def ies_lumens(path: Path) -> float:

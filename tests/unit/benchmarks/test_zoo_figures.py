@@ -18,8 +18,8 @@ from benchmarks.zoo.figures import near, scenes  # noqa: E402
 from benchmarks.zoo.figures.enlarged import LIGHT_TRACING, PATH_TRACING  # noqa: E402
 from benchmarks.zoo.figures.through import seen_through  # noqa: E402
 from benchmarks.zoo.figures.views import side_by_side  # noqa: E402
-from purelight_train.learning.flux_closure import escaping_flux  # noqa: E402
-from purelight_train.learning.lines import Lines  # noqa: E402
+from purelight_train.learning.cap_samples import look  # noqa: E402
+from purelight_train.light.exit_surface import inward_rays  # noqa: E402
 from purelight_train.truth.metrics import Comparison  # noqa: E402
 from purelight_train.truth.picture import Passes, Picture  # noqa: E402
 from purelight_train.truth.plane import Plane  # noqa: E402
@@ -194,9 +194,7 @@ def test_flux_of_sheets_is_that_of_both_sides(mesh: trimesh.Trimesh, sides: int)
         mesh.update_faces(mesh.face_normals[:, 2] > 0.5)
     subject = Subject(Path(), Path(), Path())
     subject.__dict__["luminaire"] = Bundle(mesh)
-    told, error = escaping_flux(
-        subject.surface, lambda position, *_: np.ones_like(position), Lines(SPHERE),
-        np.random.default_rng(0), precision=0.005,
-    )  # fmt: skip
-    np.testing.assert_allclose(told, sides * np.pi * mesh.area, atol=4 * error.max() + 1e-9)
-    assert error.max() < 0.02 * told.max()
+    origin, direction = inward_rays(SPHERE, 1 << 18, np.random.default_rng(0), cosine=True)
+    seen = look(subject.surface, lambda position, *_: np.ones_like(position), origin, direction)
+    told = (2 * np.pi * 1.0001 * SPHERE.radius) ** 2 * seen.mean()
+    assert told == pytest.approx(sides * np.pi * mesh.area, rel=0.01)

@@ -2,45 +2,50 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
-from purelight_train.learning.cap_samples import Radiance, look
-from purelight_train.learning.lines import Lines
-from purelight_train.light.exit_surface import ExitSurface
+from purelight_train.learning.cap_samples import Radiance
+from purelight_train.learning.reference_rays import ReferenceRays
 
 PASS = 1 << 18
+LIFT = 1e-4  # radii
 
 
 def escaping_flux(
-    surface: ExitSurface,
+    references: ReferenceRays,
     radiance: Radiance,
-    lines: Lines,
     rng: np.random.Generator,
     *,
     precision: float = 1e-3,
-    most: int = 1 << 23,
+    most: int = 1 << 22,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    r"""Flux :math:`\int L\,dl` over all lines that leave the lamp, seen from where they go.
+    r"""Flux of the rays that leave the surface and do not meet it again.
 
-    Each line counts where a viewer outside first meets the lamp along it, so that light which would
-    meet the lamp again is left out.
+    .. math:: \Phi = \pi A\,E_q[f V / \rho]
+
+    over reference rays, with V one if the ray escapes: light that would meet the lamp again is left
+    out.
 
     Arguments:
-        precision: relative standard error to reach in every channel; lines are added until then.
-        most: lines at most.
+        precision: relative standard error to reach in every channel; rays are added until then.
+        most: rays at most.
 
     Returns:
         flux and standard error in W per channel, each [3].
     """
+    surface = references.chart.surface
     first, second, count = np.zeros(3), np.zeros(3), 0
     while count < most:
-        origin, direction = lines.sample(PASS, rng)
-        seen = look(surface, radiance, origin, direction).astype(np.float64)
-        value = seen / lines.density(origin, direction)[:, None]
+        position, normal, outgoing, log_ratio = references.sample(PASS, rng)
+        value = radiance(position, normal, outgoing) / np.exp(log_ratio.astype(np.float64))[:, None]
+        lifted = position + LIFT * surface.sphere.radius * normal
+        value[surface.intersect(lifted, outgoing).index] = 0
         first, second, count = first + value.sum(0), second + (value**2).sum(0), count + PASS
         mean = first / count
         error = np.sqrt(np.maximum(second / count - mean**2, 0) / count)
         if (error <= precision * mean).all():
             break
-    return mean, error
+    return math.pi * surface.area * mean, math.pi * surface.area * error

@@ -72,12 +72,6 @@ class Emission:
         value = dr.select(area_light, emitter.eval(si, area_light), dr.inf)
         return np.array(dr.max(value, axis=1), np.float64).reshape(3)
 
-    def origins(self, count: int) -> NDArray[np.float64]:
-        """Random points where light begins, drawn by power: [count, 3] in metres."""
-        sampler = mi.load_dict({"type": "independent"})
-        sampler.seed(2, count)
-        return np.array(self.sample(sampler)[0].o, np.float64).T
-
     def sample(self, sampler: Any) -> tuple[Any, Any, Any]:
         """Begin one path a lane.
 

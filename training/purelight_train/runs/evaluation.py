@@ -20,7 +20,7 @@ from purelight_train.runs.traced_lamp import TracedLamp
 
 Float = NDArray[np.float32]
 BATCH = 1 << 15
-FEW_LINES, FEW_RECORDS = 1 << 18, 1 << 14
+FEW_RAYS, FEW_RECORDS = 1 << 18, 1 << 14
 BRIGHTER, HEADROOM = 1e-4, 2.0
 
 
@@ -75,7 +75,7 @@ def close_flux(
     student: Student, radiance: Radiance, lamp: TracedLamp, rng: np.random.Generator
 ) -> None:
     """Set the gain that makes the student's escaping flux equal the light-traced one."""
-    integral, _ = escaping_flux(lamp.surface, radiance, lamp.lines, rng)
+    integral, _ = escaping_flux(lamp.reference_rays, radiance, rng)
     flux = np.asarray(lamp.description.flux)
     gain = np.divide(flux, integral, out=np.ones(3), where=integral > 0)
     student.gain.copy_(student.gain.cpu() * torch.from_numpy(gain))
@@ -88,7 +88,7 @@ def fidelity(radiance: Radiance, lamp: TracedLamp, rng: np.random.Generator) -> 
         its flux and the standard error of that in W, and the mean log-likelihood of light it was
         not trained on, in nats over a uniform Lambertian surface of the same flux.
     """
-    flux, error = escaping_flux(lamp.surface, radiance, lamp.lines, rng)
+    flux, error = escaping_flux(lamp.reference_rays, radiance, rng)
     return {
         "student_flux": flux.tolist(),
         "student_flux_error": error.tolist(),
@@ -99,7 +99,7 @@ def fidelity(radiance: Radiance, lamp: TracedLamp, rng: np.random.Generator) -> 
 def held_out_gain(radiance: Radiance, lamp: TracedLamp) -> float:
     """`fidelity`'s likelihood in a tenth of its time, with the same random numbers every time."""
     rng = np.random.default_rng(0)
-    flux, _ = escaping_flux(lamp.surface, radiance, lamp.lines, rng, most=FEW_LINES)
+    flux, _ = escaping_flux(lamp.reference_rays, radiance, rng, most=FEW_RAYS)
     return _gain(radiance, lamp.surface, lamp.held_out.take(slice(FEW_RECORDS)), flux)
 
 

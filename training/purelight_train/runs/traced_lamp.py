@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from purelight_format.errors import PureLightError
-from purelight_train.learning.lines import Lines, lines_through
 from purelight_train.learning.reference_rays import ReferenceRays
 from purelight_train.light.description import Description
 from purelight_train.light.emission import Emission
@@ -25,7 +24,6 @@ from purelight_train.runs.stages import Stages
 
 HELD_OUT = 1 << 17
 ESCAPED = 1 << 19
-ORIGINS = 1 << 14
 NEEDLES = 5e-3
 
 
@@ -54,11 +52,6 @@ class TracedLamp:
     def emission(self) -> Emission:
         scene = self.luminaire.scene
         return Emission.of(scene, dr.opaque(mi.Float, scene_extent(scene)))
-
-    @cached_property
-    def lines(self) -> Lines:
-        """Lines through the lamp by which the flux of a radiance field is integrated."""
-        return lines_through(self.surface.sphere, self.emission.origins(ORIGINS))
 
     @cached_property
     def _traced(self) -> tuple[Description, ExitRecords, NDArray[np.int64]]:
