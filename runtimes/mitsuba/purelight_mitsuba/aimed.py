@@ -11,7 +11,7 @@ import mitsuba as mi
 from purelight_mitsuba.lamps import Lamps, Place
 from purelight_mitsuba.queries import Queries
 from purelight_mitsuba.surface_sampler import share
-from purelight_mitsuba.walk import ANY, NONE, Segment, power
+from purelight_mitsuba.walk import ANY, NONE, Segment, cutoff, power
 
 
 @dataclass
@@ -97,7 +97,11 @@ class AimedLamps:
         )
         path.spoilt = path.spoilt + aim.spoilt
         value, pdf_bsdf = bsdf.eval_pdf(mi.BSDFContext(), si, si.to_local(aim.toward), active)
-        total = path.throughput * value * aim.weight * (power(aim.pdf * chance, pdf_bsdf) / chance)
+        density = aim.pdf * chance
+        part = power(density, pdf_bsdf)
+        if self._queries.fast:
+            part = dr.select(aim.facet == NONE, cutoff(density, pdf_bsdf), part)
+        total = path.throughput * value * aim.weight * (part / chance)
         # Toward the same point of the lamp, although the ray starts a little off the surface.
         ray = si.spawn_ray_to(aim.target)
         useful = active & (aim.pdf > 0) & (dr.max(total) > 0)

@@ -15,9 +15,11 @@ from purelight_mitsuba.luminaire import Luminaire
 from purelight_mitsuba.radiance_map import Drawn, draw, lit
 
 # Against the BSDF's density, a radiance map counts for so many times the uniform one of the cap,
-# since bright parts of a lamp are drawn more often than evenly. More would take sharp reflections
-# from the appearance network; the map's own density is noisy where it misses what shines.
-FAVOUR = 4.0
+# since bright parts of a lamp are drawn more often than evenly, and near a lamp, where that is low,
+# for this density in 1/sr: only lobes narrower than about a third of a radian are worth the
+# appearance network. Either only moves light between the map and that network. The map's own
+# density would cost a whole map for every hit.
+FAVOUR, MATT = 4.0, 8.0
 
 Answer = tuple[Any, Any, Any, Any]  # Direction, density, weight, spoilt answers.
 
@@ -81,13 +83,13 @@ class Queries:
     ) -> tuple[mi.Float, mi.UInt32]:
         """The density by which a lamp's directions are weighed against the BSDF's.
 
-        It is the sampler's own; in fast mode a multiple of the uniform cap's (`FAVOUR`).
+        It is the sampler's own; in fast mode what a map counts for (`FAVOUR`).
         """
 
         def network(luminaire: Luminaire, point: Any, toward: Any) -> tuple[mi.Float, mi.UInt32]:
             if self.fast or not _learned(luminaire):
                 pdf = _cap(luminaire, point).pdf_solid_angle()
-                return pdf * FAVOUR if self.fast else pdf, mi.UInt32(0)
+                return _favoured(pdf) if self.fast else pdf, mi.UInt32(0)
             (pdf,) = luminaire.network("sampler_pdf")(point, toward)
             return finite(pdf.item())
 
@@ -144,7 +146,7 @@ class Queries:
         view = _cap(luminaire, point)
         pdf = view.pdf_solid_angle()
         weight, spoilt = finite(dr.select(view.outside, drawn.weight / pdf, 0))
-        return view.direction(drawn.square), pdf * FAVOUR, weight, spoilt | drawn.spoilt
+        return view.direction(drawn.square), _favoured(pdf), weight, spoilt | drawn.spoilt
 
     def _each(
         self,
@@ -169,6 +171,11 @@ class Queries:
 def _learned(luminaire: Luminaire) -> bool:
     """Whether directions are drawn by a network; it is no use without its density."""
     return luminaire.has("sampler") and luminaire.has("sampler_pdf")
+
+
+def _favoured(pdf: mi.Float) -> mi.Float:
+    """What a map counts for against BSDFs, from the uniform density of the cap, zero inside."""
+    return dr.select(pdf > 0, dr.maximum(pdf * FAVOUR, MATT), 0)
 
 
 def _cap(luminaire: Luminaire, point: mi.Point3f) -> Cap:

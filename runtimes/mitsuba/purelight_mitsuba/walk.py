@@ -13,6 +13,7 @@ from purelight_mitsuba.light import OTHERS, Light
 from purelight_mitsuba.queries import Queries, surface
 from purelight_mitsuba.surface_sampler import share
 
+CUT = 0.1
 NONE = 0xFFFFFFFF
 ANY = 0xFFFFFFFE
 
@@ -191,8 +192,9 @@ class Walk:
             question = dr.select(seen, asked, question)
         else:
             shining = (fresh & viewing) | seen
-            radiance, spoilt = self._queries.radiance(place, hit, p, on.direction, shining)
             part, spoilt_pdf = self._part(on, distance, place, hit, vertex, shining & viewing)
+            shining = shining & (part > 0)
+            radiance, spoilt = self._queries.radiance(place, hit, p, on.direction, shining)
             light = light.add(dr.select(shining, arriving * radiance * part, 0), group)
             spoilt = spoilt + spoilt_pdf
         passing = fresh & ~target
@@ -280,8 +282,9 @@ class Walk:
             lambda *_: (mi.Float(0),),
         )
         chance = self._lamps.probability(hit.lamp, vertex.point, compete)
+        heuristic = cutoff if self._queries.fast else power
         part = dr.lerp(
-            power(vertex.pdf, pdf * chance), power(vertex.pdf, pdf_surface * chance), near
+            heuristic(vertex.pdf, pdf * chance), power(vertex.pdf, pdf_surface * chance), near
         )
         return dr.select(compete, part, 1), spoilt
 
@@ -298,6 +301,11 @@ def power(a: mi.Float, b: mi.Float) -> mi.Float:
     """Veach's power heuristic, free of overflow; zero where a is."""
     ratio = dr.select(a > 0, b / a, dr.inf)
     return 1 / (1 + dr.square(ratio))
+
+
+def cutoff(a: mi.Float, b: mi.Float) -> mi.Float:
+    """Veach's cutoff heuristic: as `power`, but a tenth of the other density is worth nothing."""
+    return dr.select(a < CUT * b, 0, dr.select(b < CUT * a, 1, power(a, b)))
 
 
 def _choose(segments: Sequence[Segment], turn: mi.UInt32) -> Segment:

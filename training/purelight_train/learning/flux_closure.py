@@ -19,7 +19,7 @@ def escaping_flux(
     radiance: Radiance,
     rng: np.random.Generator,
     *,
-    precision: float = 1e-3,
+    precision: float = 1.5e-3,
     most: int = 1 << 22,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     r"""Flux of the rays that leave the surface and do not meet it again.
