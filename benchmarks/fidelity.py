@@ -38,7 +38,7 @@ from purelight_train.truth.thin_lens import ThinLens, aperture_for
 from purelight_train.truth.views import field_view, three_views
 
 FLOOR_ALBEDO = 0.01
-PASS, PASSES = 1 << 20, 8  # samples of the flux
+PASS, PASSES = 1 << 20, 4  # samples of the flux
 CHUNK = 1 << 23  # paths whose records are held at once
 Figures = dict[str, Any]
 Image = NDArray[np.float64]

@@ -182,11 +182,11 @@ DRAFT = Preset(
     cap_points=1 << 14,
     point_grid=GridSize(3, 4, 4, 16, 1 << 13),
     sampler_flow=FlowSize(2, MLPSize(32, 2), 16),
-    sampler=Optimisation(800, 1 << 14, 4e-3),
+    sampler=Optimisation(1000, 1 << 12, 5e-3),
     fast_map_network=MLPSize(32, 3),
-    fast_map=Optimisation(2000, 1 << 8, 3e-3),
+    fast_map=Optimisation(2000, 1 << 8, 1e-2),
     fast_map_one_hot=False,
-    photons=Optimisation(1500, 1 << 11, 1e-2),
+    photons=Optimisation(3000, 1 << 11, 1e-2),
 )
 
 STANDARD = Preset(
