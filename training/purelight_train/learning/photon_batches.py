@@ -19,6 +19,7 @@ from purelight_train.light.luminaire import Luminaire
 Float = NDArray[np.float32]
 Chunk = tuple[Tensor, ...]
 RAYS = 1 << 19
+USES = 2  # of each photon, which takes as long to trace as to learn from
 
 
 def seen_photons(
@@ -40,7 +41,7 @@ def seen_photons(
 
 @dataclass
 class Stream:
-    """Batches of rows from chunks that are made when needed; every row is drawn once.
+    """Batches of rows from chunks that are made when needed.
 
     Chunks are numbered at random from the step's own generator, so that a run that is resumed goes
     on with rows it has not seen.
@@ -95,7 +96,8 @@ class PhotonBatches:
         surface = self.luminaire.exit_surface
         records = trace_records(self.luminaire.scene, BATCH, number, surface=surface)
         columns = seen_photons(records, self.reference_rays, self.flux)
-        order = np.random.default_rng([number, 1]).permutation(len(columns[0]))
+        rng, count = np.random.default_rng([number, 1]), len(columns[0])
+        order = np.concatenate([rng.permutation(count) for _ in range(USES)])
         return self._tensors(*(column[order] for column in columns))
 
     def _references(self, number: int) -> Chunk:

@@ -64,5 +64,5 @@ class ReferenceRays:
         """Position, normal, outgoing direction, each [count, 3], and log of rho, [count]."""
         even = round(UNIFORM_SHARE * count)
         place = np.concatenate([rng.random((even, 4)), self.light.sample(count - even, rng)])
-        rng.shuffle(place)
+        place = place[rng.permutation(count)]
         return *self.chart.rays(place), self._log_ratio[self.light.leaves(place)]

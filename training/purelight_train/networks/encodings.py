@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import math
 from functools import cache, cached_property
-from itertools import pairwise
+from itertools import accumulate, pairwise
+from operator import mul
 from typing import Any
 
 import numpy as np
@@ -46,7 +47,11 @@ def monomial_exponents(degree: int) -> list[tuple[int, int, int]]:
 def monomials(direction: Tensor, degree: int) -> Tensor:
     """Monomials of a unit vector, in the order of `monomial_exponents`: [N, 3] -> [N, degree²]."""
     x, y, z = direction.unbind(-1)
-    columns = [x**a * y**b * z**c for a, b, c in monomial_exponents(degree)]
+    one = torch.ones_like(x)
+    powers_x, powers_y = ([*accumulate([v] * (degree - 1), mul, initial=one)] for v in (x, y))
+    columns = [
+        powers_x[a] * powers_y[b] * (z if c else one) for a, b, c in monomial_exponents(degree)
+    ]
     return torch.stack(columns, dim=-1)
 
 
