@@ -12,7 +12,6 @@ from purelight_train.networks.student import MAX_LOG
 from purelight_train.presets import Preset
 
 SIZE = 16
-MEAN_WEIGHT = 64.0  # of a map's mean against one cell, which is a 256th of it
 DIM = 0.1  # of the usual mean of maps; darker ones count no more
 
 
@@ -63,13 +62,15 @@ class FastMap(nn.Module):
         return radiance.view(-1, SIZE, SIZE, 3)
 
     def loss(self, point: Tensor, radiance: Tensor) -> Tensor:
-        r"""Square errors of cells, and of the mean of a map, relative to that mean.
+        r"""Square errors of cells, and of the sum of a map, relative to its mean.
 
-        .. math:: E_p\big[(E_k[(v_k - L_k)^2] + 64\,E_k[v_k - L_k]^2) / m^2\big]
+        .. math:: E_p\big[(E_k[(v_k - L_k)^2] + 256\,E_k[v_k^+ - L_k]^2) / m^2\big]
 
-        with L one sample in each cell k of a point p, v the map, and m its own mean, through which
-        no gradient goes, so that the least is at the mean of L (the paper's loss has m = 1). Few
-        bright views or cells would outweigh all others, and what lights a surface is the mean.
+        with L one sample in each cell k of a point p, v the map, clipped at zero in the second
+        term, and m its own mean, through which no gradient goes, so that the least is at the mean
+        of L (the paper's loss has the first term with m = 1). Few bright views or cells would
+        outweigh all others, dark cells that stray to both sides of zero would add light, and what
+        lights a surface is the sum.
 
         Arguments:
             point: [N, 3].
@@ -77,12 +78,11 @@ class FastMap(nn.Module):
         """
         # Not clipped below: a cell that strayed under zero would have no gradient to come back
         value = torch.expm1(self.raw(point).clamp(max=MAX_LOG))
-        target = radiance / self.scale
+        lit, target = value.clamp(min=0), radiance / self.scale
         usual = DIM * target.mean((0, 1)) + 1e-30
-        weight = self.channels / (value.detach().mean(1, keepdim=True).clamp(min=0) + usual) ** 2
-        error = value - target
-        of_mean = error.mean(1, keepdim=True)
-        return ((error**2 + MEAN_WEIGHT * of_mean**2) * weight).mean()
+        weight = self.channels / (lit.detach().mean(1, keepdim=True) + usual) ** 2
+        of_mean = (lit - target).mean(1, keepdim=True)
+        return (((value - target) ** 2 + SIZE * SIZE * of_mean**2) * weight).mean()
 
     @torch.no_grad()
     def close_power(self, point: Tensor, radiance: Tensor) -> None:
