@@ -67,8 +67,8 @@ VARIANTS = ANCHORED | {
     "photons-triple": Variant("photons", "straight", steps=3),
     "photons-poisson": Variant("photons", "straight", {"photon_loss": "poisson"}),
     "photons-logistic": Variant("photons", "straight", {"photon_loss": "logistic"}),
-    "photons-ratio-0.05": Variant("photons", "straight", {"reference_ratio": 0.05}),
-    "photons-ratio-1": Variant("photons", "straight", {"reference_ratio": 1.0}),
+    "photons-ratio-0.1": Variant("photons", "straight", {"reference_ratio": 0.1}),
+    "photons-uniform": Variant("photons", "straight", {"reference_light": 0.0}),
 }
 
 

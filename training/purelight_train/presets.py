@@ -68,6 +68,7 @@ class Preset:
         photons: optimisation of the student on the route `photons`; its batch counts photons.
         photon_loss: `both`, `logistic` or `poisson` (`photon_loss`).
         reference_ratio: weight of the reference rays against the photons, for `logistic`.
+        reference_light: part of the reference rays that is drawn where the light is.
         anchor: which anchors of the ray the student encodes besides the point, one of `ANCHORS`
             (`surface_network`).
         anchor_grid: grid over each of them.
@@ -100,6 +101,7 @@ class Preset:
     photons: Optimisation
     photon_loss: str = "both"
     reference_ratio: float = 1.0
+    reference_light: float = 0.5
     fresh_records: bool = False
     anchor: str = "none"
     anchor_grid: GridSize | None = None

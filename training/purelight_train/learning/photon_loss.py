@@ -25,7 +25,6 @@ from torch.nn.functional import softplus
 
 from purelight_format.errors import PureLightError
 from purelight_train.learning.photon_batches import Chunk
-from purelight_train.learning.reference_rays import UNIFORM_SHARE
 from purelight_train.networks.student import Student
 from purelight_train.presets import Preset
 
@@ -90,14 +89,16 @@ def chosen_loss(preset: Preset, brightest: Tensor) -> Loss:
     return losses[preset.photon_loss]
 
 
-def brightest_of(student: Student, emitters: NDArray[np.float64]) -> Tensor:
+def brightest_of(student: Student, emitters: NDArray[np.float64], least_ratio: float) -> Tensor:
     """Bound on f: the largest radiance of the emitters over the scale, of each channel present.
 
-    It is that over the least rho.
+    Arguments:
+        emitters: largest radiance, [3].
+        least_ratio: the least rho of a reference ray.
     """
     present = student.channels.bool().cpu()
-    ratio = torch.from_numpy(emitters).float() / student.scale.cpu()
-    return (ratio[present] / UNIFORM_SHARE).clamp(1, UNKNOWN_BRIGHTEST).to(student.scale.device)
+    ratio = torch.from_numpy(emitters).float() / student.scale.cpu() / least_ratio
+    return ratio[present].clamp(1, UNKNOWN_BRIGHTEST).to(student.scale.device)
 
 
 def student_loss(student: Student, photons: Chunk, references: Chunk, loss: Loss) -> Tensor:

@@ -14,26 +14,30 @@ from purelight_train.light.exit_surface import ExitSurface
 from purelight_train.light.ray_chart import RayChart
 
 Float = NDArray[np.float32]
-UNIFORM_SHARE = 0.5
+LIGHT_SHARE = 0.5
 MOST = 1 << 20  # records that are learned from
 
 
 @dataclass(frozen=True)
 class ReferenceRays:
-    r"""Rays that leave an exit surface, half of them uniform and half drawn as light was traced.
+    r"""Rays that leave an exit surface, some of them uniform and some drawn as light was traced.
 
     Uniform is by area and projected solid angle, as even points of the chart are. With u the
-    uniform density, and p that of the light,
+    uniform density, p that of the light, and a its share,
 
-    .. math:: \rho = q / u = \tfrac12 + \tfrac12\,p / u
+    .. math:: \rho = q / u = 1 - a + a\,p / u
 
     is known of every ray, and :math:`E_u[f] = E_q[f / \rho]`. Light that leaves glass in narrow
     beams is rarely met by uniform rays: their few large values would make most of the noise of a
     loss, and clipped gradients a bias of it.
+
+    Arguments:
+        light_share: a; all rays are uniform with 0.
     """
 
     chart: RayChart
     light: DensityTree
+    light_share: float = LIGHT_SHARE
 
     @staticmethod
     def of(
@@ -47,10 +51,15 @@ class ReferenceRays:
         place = chart.place(part.position, part.normal, part.direction, triangle[some])
         return ReferenceRays(chart, DensityTree.of(place, part.weight.sum(1, dtype=np.float64)))
 
+    @property
+    def least_ratio(self) -> float:
+        """No ray's rho is less."""
+        return 1 - self.light_share
+
     @cached_property
     def _log_ratio(self) -> Float:
         """Log of rho in each leaf."""
-        ratio = UNIFORM_SHARE + (1 - UNIFORM_SHARE) * self.light.density
+        ratio = 1 - self.light_share + self.light_share * self.light.density
         return np.log(ratio).astype(np.float32)
 
     def log_ratio(
@@ -62,7 +71,7 @@ class ReferenceRays:
 
     def sample(self, count: int, rng: np.random.Generator) -> tuple[Float, Float, Float, Float]:
         """Position, normal, outgoing direction, each [count, 3], and log of rho, [count]."""
-        even = round(UNIFORM_SHARE * count)
-        place = np.concatenate([rng.random((even, 4)), self.light.sample(count - even, rng)])
+        lit = round(self.light_share * count)
+        place = np.concatenate([rng.random((count - lit, 4)), self.light.sample(lit, rng)])
         place = place[rng.permutation(count)]
         return *self.chart.rays(place), self._log_ratio[self.light.leaves(place)]

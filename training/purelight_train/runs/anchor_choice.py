@@ -7,11 +7,11 @@ from dataclasses import replace
 from pathlib import Path
 
 from purelight_train.learning.photon_batches import PhotonBatches
-from purelight_train.learning.photon_loss import brightest_of, chosen_loss, student_loss
 from purelight_train.networks.student import Student
 from purelight_train.presets import ANCHORS, Optimisation, Preset
 from purelight_train.runs.evaluation import as_function, held_out_gain
 from purelight_train.runs.optimisation import optimise
+from purelight_train.runs.routes import photon_objective
 from purelight_train.runs.traced_lamp import TracedLamp
 
 STEPS = 300
@@ -30,9 +30,7 @@ def choose_anchor(lamp: TracedLamp, preset: Preset) -> tuple[str, dict[str, floa
     names = [
         n for n, kinds in ANCHORS.items() if lamp.description.index > 1 or "refracted" not in kinds
     ]
-    batches = PhotonBatches(
-        lamp.luminaire, lamp.description, lamp.reference_rays, lamp.stages.device
-    )
+    batches = lamp.photon_batches(preset)
     with lamp.stages.bar("anchor", len(names), "trial") as update:
         tried = {}
         for done, name in enumerate(names, 1):
@@ -47,12 +45,10 @@ def _trial(lamp: TracedLamp, preset: Preset, batches: PhotonBatches) -> float:
     """Held-out gain in nats of a student after a whole, short schedule."""
     stages, description = lamp.stages, lamp.description
     student = stages.build("student", Student, description, preset)
-    brightest = brightest_of(student, lamp.emission.brightest())
-    objective, size = chosen_loss(preset, brightest), preset.photons.batch
     settings: Optimisation = replace(preset.photons, steps=min(STEPS, preset.photons.steps))
     with tempfile.TemporaryDirectory() as folder:
         optimise(
-            student, lambda rng: student_loss(student, *batches.draw(rng, size), objective),
-            settings, stages.seed, Path(folder) / "trial.safetensors", lambda *_: None,
+            student, photon_objective(student, lamp, preset, batches), settings, stages.seed,
+            Path(folder) / "trial.safetensors", lambda *_: None,
         )  # fmt: skip
     return held_out_gain(as_function(student, stages.device), lamp)

@@ -134,11 +134,19 @@ class PhotonRoute(Route):
         return self.preset.photons
 
     def loss(self, student: Student) -> Loss:
-        lamp, device = self.lamp, self.stages.device
-        batches = PhotonBatches(lamp.luminaire, lamp.description, lamp.reference_rays, device)
-        brightest = brightest_of(student, self.lamp.emission.brightest())
-        objective, size = chosen_loss(self.preset, brightest), self.preset.photons.batch
-        return lambda rng: student_loss(student, *batches.draw(rng, size), objective)
+        return photon_objective(
+            student, self.lamp, self.preset, self.lamp.photon_batches(self.preset)
+        )
+
+
+def photon_objective(
+    student: Student, lamp: TracedLamp, preset: Preset, batches: PhotonBatches
+) -> Loss:
+    """What a student minimises on the route `photons`."""
+    least = batches.reference_rays.least_ratio
+    brightest = brightest_of(student, lamp.emission.brightest(), least)
+    loss, size = chosen_loss(preset, brightest), preset.photons.batch
+    return lambda rng: student_loss(student, *batches.draw(rng, size), loss)
 
 
 ROUTES: dict[str, type[TeacherRoute] | type[PhotonRoute]] = {

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from purelight_format.errors import PureLightError
+from purelight_train.learning.photon_batches import PhotonBatches
 from purelight_train.learning.reference_rays import ReferenceRays
 from purelight_train.light.description import Description
 from purelight_train.light.emission import Emission
@@ -20,6 +21,7 @@ from purelight_train.light.exit_surface import ExitSurface
 from purelight_train.light.light_tracing import BATCH, trace_records
 from purelight_train.light.luminaire import Luminaire, load_luminaire
 from purelight_train.light.rays import scene_extent
+from purelight_train.presets import Preset
 from purelight_train.runs.stages import Stages
 
 HELD_OUT = 1 << 17
@@ -74,6 +76,12 @@ class TracedLamp:
         """Rays to compare photons with, drawn where the light is."""
         _, records, triangle = self._traced
         return ReferenceRays.of(self.surface, records, triangle)
+
+    def photon_batches(self, preset: Preset) -> PhotonBatches:
+        """Endless photons and reference rays to learn from."""
+        references = replace(self.reference_rays, light_share=preset.reference_light)
+        device = self.stages.device
+        return PhotonBatches(self.luminaire, self.description, references, device)
 
     @cached_property
     def held_out(self) -> ExitRecords:
