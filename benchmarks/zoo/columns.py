@@ -22,12 +22,14 @@ class Column:
         style: format of a value.
         find: the value of a record, None where it does not apply or is not known.
         badness: what orders lamps from good to bad.
+        bar: largest badness that is good enough.
     """
 
     title: str
     style: str
     find: Callable[[Record], Value]
     badness: Callable[[float], float] = abs
+    bar: float | None = None
 
     def cell(self, record: Record) -> str:
         value = self.value(record)
@@ -105,11 +107,11 @@ def _total(record: Record) -> Value:
 
 
 COLUMNS = (
-    Column("flux", "+.3f", _flux),
-    Column("floor", "+.3f", at("floor", "accurate", "mean")),
-    Column("(abs)", ".3f", at("floor", "accurate", "mean_absolute_over_mean")),
-    Column("floor, fast", "+.3f", at("floor", "fast", "mean")),
-    Column("(fast, abs)", ".3f", at("floor", "fast", "mean_absolute_over_mean")),
+    Column("flux", "+.3f", _flux, bar=0.005),
+    Column("floor", "+.3f", at("floor", "accurate", "mean"), bar=0.02),
+    Column("(abs)", ".3f", at("floor", "accurate", "mean_absolute_over_mean"), bar=0.05),
+    Column("floor, fast", "+.3f", at("floor", "fast", "mean"), bar=0.03),
+    Column("(fast, abs)", ".3f", at("floor", "fast", "mean_absolute_over_mean"), bar=0.05),
     Column("(noise)", ".3f", at("floor", "truth_noise")),
     Column("own size", "+.3f", at("floor", "at_own_size")),
     Column("floor, Mitsuba", "+.3f", _independent),
@@ -131,7 +133,7 @@ COLUMNS = (
     Column("room, fast", "+.3f", at("room", "fast", "mean")),
     Column("fireflies", ".2f", at("room", "accurate", "fireflies")),
     Column("fireflies, fast", ".2f", at("room", "fast", "fireflies")),
-    Column("variance, fast", ".2f", at("room", "variance_fast_over_accurate")),
+    Column("variance, fast", ".2f", at("room", "variance_fast_over_accurate"), bar=1.0),
     Column("near", "+.3f", at("near_field", "mean")),
     Column("near (abs)", ".3f", at("near_field", "absolute")),
     Column("near, worst", ".3f", at("near_field", "worst")),

@@ -56,8 +56,10 @@ def distribution(column: Column, records: Rows) -> dict[str, Any] | None:
     size = np.array([column.badness(known[name]) for name in order])
     sign = -1 if column.badness(1.0) < 0 else 1
     median, ninth = (float(sign * q) for q in np.quantile(size, (0.5, 0.9)))
+    within = None if column.bar is None else int((size <= column.bar).sum())
     return {
         "lamps": len(known),
+        "within_bar": within,
         "median": median,
         "ninetieth": ninth,
         "worst": float(sign * size[0]),
@@ -100,8 +102,10 @@ def _distributions(records: Rows) -> str:
         style = column.style.lstrip("+")
         numbers = [format(found[k], style) for k in ("median", "ninetieth", "worst")]
         worst = ", ".join(f"{n} {v:{column.style}}" for n, v in found["worst_lamps"].items())
-        rows.append([column.title, str(found["lamps"]), *numbers, worst])
-    return _table(["figure", "lamps", "median", "90 %", "worst", "worst lamps"], rows)
+        within = "" if column.bar is None else f"{found['within_bar']} by {column.bar:g}"
+        rows.append([column.title, str(found["lamps"]), within, *numbers, worst])
+    head = ["figure", "lamps", "within", "median", "90 %", "worst", "worst lamps"]
+    return _table(head, rows)
 
 
 def _families(records: Rows) -> str:
