@@ -64,9 +64,9 @@ class FastMap(nn.Module):
     def loss(self, point: Tensor, radiance: Tensor) -> Tensor:
         r"""Square errors of cells, and of the sum of a map, relative to its mean.
 
-        .. math:: E_p\big[(E_k[(v_k - L_k)^2] + 256\,E_k[v_k^+ - L_k]^2) / m^2\big]
+        .. math:: E_p\big[(E_k[(v_k - L_k)^2] / 256 + E_k[v_k^+ - L_k]^2) / m^2\big]
 
-        with L one sample in each cell k of a point p, v the map, clipped at zero in the second
+        with L an estimate of each cell k of a point p, v the map, clipped at zero in the second
         term, and m its own mean, through which no gradient goes, so that the least is at the mean
         of L (the paper's loss has the first term with m = 1). Few bright views or cells would
         outweigh all others, dark cells that stray to both sides of zero would add light, and what
@@ -74,7 +74,7 @@ class FastMap(nn.Module):
 
         Arguments:
             point: [N, 3].
-            radiance: [N, 256, 3], one random sample in each cell.
+            radiance: [N, 256, 3], an estimate of each cell without bias.
         """
         # Not clipped below: a cell that strayed under zero would have no gradient to come back
         value = torch.expm1(self.raw(point).clamp(max=MAX_LOG))
@@ -82,7 +82,7 @@ class FastMap(nn.Module):
         usual = DIM * target.mean((0, 1)) + 1e-30
         weight = self.channels / (lit.detach().mean(1, keepdim=True) + usual) ** 2
         of_mean = (lit - target).mean(1, keepdim=True)
-        return (((value - target) ** 2 + SIZE * SIZE * of_mean**2) * weight).mean()
+        return (((value - target) ** 2 / (SIZE * SIZE) + of_mean**2) * weight).mean()
 
     @torch.no_grad()
     def close_power(self, point: Tensor, radiance: Tensor) -> None:

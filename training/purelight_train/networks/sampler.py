@@ -50,18 +50,25 @@ class Sampler(nn.Module):
         distance = (point - self.encoding.centre).norm(dim=-1)
         return axis, one_minus_cos, distance > self.encoding.radius * INSIDE
 
-    def _pdf(self, density: Tensor, one_minus_cos: Tensor, valid: Tensor) -> Tensor:
-        mixture = (1 - self.uniform_fraction) * density + self.uniform_fraction
-        return torch.where(valid, mixture / (2 * math.pi * one_minus_cos), 0.0)
+    def mixture(self, density: Tensor) -> Tensor:
+        """Density on the square from the flow's."""
+        return (1 - self.uniform_fraction) * density + self.uniform_fraction
 
-    def forward(self, point: Tensor, u: Tensor) -> tuple[Tensor, Tensor]:
-        """Sample directions: points [N, 3], uniforms [N, 2] -> toward [N, 3], pdf [N] per sr."""
+    def draw(self, u: Tensor, context: Tensor) -> Tensor:
+        """Uniforms [N, 2] to the square by the mixture: [N, 2]."""
         b = self.uniform_fraction
-        context = self.encoding(point)
         uniform = u[:, 0] < b
         first = torch.where(uniform, u[:, 0] / b, (u[:, 0] - b) / (1 - b))
         start = torch.stack((first.clamp(0, 1), u[:, 1]), -1)
-        z = torch.where(uniform[:, None], start, self.warp(start, context))
+        return torch.where(uniform[:, None], start, self.warp(start, context))
+
+    def _pdf(self, density: Tensor, one_minus_cos: Tensor, valid: Tensor) -> Tensor:
+        return torch.where(valid, self.mixture(density) / (2 * math.pi * one_minus_cos), 0.0)
+
+    def forward(self, point: Tensor, u: Tensor) -> tuple[Tensor, Tensor]:
+        """Sample directions: points [N, 3], uniforms [N, 2] -> toward [N, 3], pdf [N] per sr."""
+        context = self.encoding(point)
+        z = self.draw(u, context)
         density = torch.exp(self.learned_log_density(z, context))
         axis, one_minus_cos, outside = self._cap(point)
         toward = geometry.cap_to_direction(z, axis, one_minus_cos)

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from purelight_format.errors import PureLightError
 from purelight_train.learning.cap_samples import CapSamples
+from purelight_train.learning.map_samples import MOST, MapSamples
 from purelight_train.learning.teacher import Teacher
 from purelight_train.learning.training_sets import SamplerBatches, SurfaceSet, transmittance_set
 from purelight_train.light.luminaire import scene_digest
@@ -94,11 +95,20 @@ class Training:
         return network
 
     @cached_property
+    def map_samples(self) -> MapSamples:
+        student, lamp = as_function(self.student, self.stages.device), self.lamp
+        with self.stages.bar("map", min(self.preset.cap_points, MOST), "point") as update:
+            return MapSamples.of(
+                self.cap_samples, self.sampler, lamp.description, lamp.surface, student,
+                self.stages.rng("map"), update,
+            )  # fmt: skip
+
+    @cached_property
     def fast_map(self) -> FastMap:
         network = self.stages.build("fast_map", FastMap, self.lamp.description, self.preset)
 
         def close_power() -> None:
-            samples = self.cap_samples
+            samples = self.map_samples
             network.close_power(*self.stages.tensors(samples.point, samples.radiance))
 
         self.stages.train(
@@ -151,7 +161,7 @@ class Training:
         return lambda rng: -sampler.log_density(*tensors(*batches.draw(rng, size))).mean()
 
     def _fast_map_loss(self, fast_map: FastMap) -> Loss:
-        data = self.stages.tensors(self.cap_samples.point, self.cap_samples.radiance)
+        data = self.stages.tensors(self.map_samples.point, self.map_samples.radiance)
         return lambda rng: fast_map.loss(*rows(data, rng, self.preset.fast_map.batch))
 
 

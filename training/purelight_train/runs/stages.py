@@ -25,7 +25,8 @@ Module = TypeVar("Module", bound=nn.Module)
 NETWORKS = ("teacher", "student", "transparency", "sampler", "fast_map")
 # Their order numbers the random streams of the stages
 STAGES = (
-    "light", "teacher", "distillation", "student", "transparency", "cap", "sampler", "fast_map",
+    "light", "teacher", "distillation", "student", "transparency", "cap", "sampler", "map",
+    "fast_map",
 )  # fmt: skip
 
 

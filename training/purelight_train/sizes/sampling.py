@@ -11,6 +11,7 @@ import torch
 from torch import Tensor, nn
 
 from purelight_train.learning.cap_samples import CapSamples
+from purelight_train.learning.map_samples import MapSamples
 from purelight_train.learning.training_sets import SamplerBatches
 from purelight_train.networks.fast_map import FastMap
 from purelight_train.networks.sampler import Sampler
@@ -23,7 +24,7 @@ POINTS, HELD_OUT_POINTS, DRAWS = 1 << 16, 1 << 12, 1 << 16
 WIDTHS = (16, 20, 24, 32, 48, 64, 96, 128)
 DEPTH, BINS = 2, 16
 SAMPLER = Optimisation(1200, 1 << 13, 4e-3)
-FAST_MAP = Optimisation(3000, 1 << 8, 3e-3)
+FAST_MAP = Optimisation(3000, 1 << 8, 1e-2)
 Module = TypeVar("Module", bound=nn.Module)
 
 
@@ -48,6 +49,14 @@ class SamplerSizes:
         radiance = as_function(self.training.student, stages.device)
         rng = stages.rng("cap", part)
         return CapSamples.gather(lamp.description, lamp.surface, radiance, points, rng)
+
+    def _maps(self, samples: CapSamples, part: int) -> tuple[Tensor, ...]:
+        """What a fast map learns from: points and estimates of their cells."""
+        lamp, stages = self.training.lamp, self.training.stages
+        radiance, rng = as_function(self.training.student, stages.device), stages.rng("map", part)
+        sampler = self.training.sampler
+        maps = MapSamples.of(samples, sampler, lamp.description, lamp.surface, radiance, rng)
+        return stages.tensors(maps.point, maps.radiance)
 
     def __call__(self, preset: Preset) -> tuple[Preset, Sampler, FastMap]:
         """The smallest networks, or the run's own, and the preset with their sizes."""
@@ -86,10 +95,9 @@ class SamplerSizes:
     # Fast map
 
     def _fast_map(self, preset: Preset) -> tuple[Preset, FastMap]:
-        own, tensors = self.training.fast_map, self.training.stages.tensors
-        bound = self._square_error(own) * (1 + self.target)
-        size = self.training.preset.fast_map_network
-        data = tensors(self.samples.point, self.samples.radiance)
+        own, size = self.training.fast_map, self.training.preset.fast_map_network
+        data, held_out = self._maps(self.samples, 1), self._maps(self.held_out, 2)
+        bound = _square_error(own, held_out) * (1 + self.target)
         for width in narrower(size.width):
             sized = replace(preset, fast_map_network=MLPSize(width, DEPTH), fast_map_one_hot=False)
             network = self._build("fast_map", FastMap, sized)
@@ -99,18 +107,18 @@ class SamplerSizes:
 
             self.training.stages.try_out(network, loss, FAST_MAP)
             network.close_power(*data)
-            if self._square_error(network) <= bound:
+            if _square_error(network, held_out) <= bound:
                 return sized, network
         return preset, own
 
-    @torch.no_grad()
-    def _square_error(self, fast_map: FastMap) -> float:
-        """Mean square error of held-out radiance, its variance within cells included."""
-        samples, tensors = self.held_out, self.training.stages.tensors
-        return float(fast_map.loss(*tensors(samples.point, samples.radiance)))
-
     def _build(self, name: str, kind: Callable[..., Module], preset: Preset) -> Module:
         return self.training.stages.build(name, kind, self.training.lamp.description, preset)
+
+
+@torch.no_grad()
+def _square_error(fast_map: FastMap, held_out: tuple[Tensor, ...]) -> float:
+    """Mean square error of a map over held-out estimates, whose noise is part of it."""
+    return float(fast_map.loss(*held_out))
 
 
 def narrower(width: int) -> Iterator[int]:
