@@ -209,9 +209,9 @@ STANDARD = Preset(
     cap_points=1 << 18,
     point_grid=GridSize(4, 4, 4, 32, 1 << 16),
     sampler_flow=FlowSize(2, MLPSize(48, 2), 24),
-    sampler=Optimisation(2000, 1 << 14, 3e-3),
+    sampler=Optimisation(4000, 1 << 12, 4e-3),
     fast_map_network=MLPSize(64, 3),
-    fast_map=Optimisation(6000, 1 << 8, 2e-3),
+    fast_map=Optimisation(6000, 1 << 8, 5e-3),
     fast_map_one_hot=False,
     photons=Optimisation(20_000, 1 << 12, 1e-2),
 )
