@@ -38,6 +38,8 @@ COLUMNS = {  # Format, and where the figure is.
     "student-teacher": (".3f", "appearance", "student_teacher", "mape_without_noise"),
     "irradiance": ("+.3f", "irradiance", "accurate", "mean"),
     "(abs)": (".3f", "irradiance", "accurate", "mean_absolute_over_mean"),
+    "T": ("+.3f", "transmittance", "panel of 15.0 degrees", "mean"),
+    "(RMS)": (".3f", "transmittance", "panel of 15.0 degrees", "root_mean_square"),
     "sampler ESS": (".2f", "sampler", "effective_sample_size"),
     "map bias": ("+.3f", "fast_map", "irradiance_bias"),
 }
@@ -95,7 +97,8 @@ def measure(
     name: str, subject: Any, chosen: list[str] | None, truth: dict[str, int]
 ) -> dict[str, Any]:
     """Figures of every chosen check for one lamp; `truth` is the one of `appearance`."""
-    from benchmarks.fidelity import CHECKS, appearance
+    from benchmarks.checks import CHECKS
+    from benchmarks.fidelity import appearance
 
     checks = CHECKS | {"appearance": partial(appearance, **truth)}
     unknown = set(chosen or ()) - set(checks)

@@ -6,7 +6,6 @@ Every figure compares the bundle, through a public runtime, with something no ne
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -467,14 +466,3 @@ def _array(columns: Any) -> NDArray[np.float32]:
     """Dr.Jit columns of a network's output as NumPy: [N, D]."""
     flat = np.asarray(columns, dtype=object).reshape(-1)
     return np.stack([np.array(c).reshape(-1) for c in flat], 1)
-
-
-CHECKS: dict[str, Callable[[Subject], Figures]] = {
-    "flux": flux,
-    "irradiance": irradiance,
-    "far_field": far_field,
-    "appearance": appearance,
-    "sampler": sampler,
-    "fast_map": fast_map,
-    "hosts": hosts,
-}

@@ -1,0 +1,29 @@
+"""All checks of a bundle by name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from benchmarks.fidelity import (
+    Figures,
+    Subject,
+    appearance,
+    far_field,
+    fast_map,
+    flux,
+    hosts,
+    irradiance,
+    sampler,
+)
+from benchmarks.see_through import transmittance
+
+CHECKS: dict[str, Callable[[Subject], Figures]] = {
+    "flux": flux,
+    "irradiance": irradiance,
+    "far_field": far_field,
+    "appearance": appearance,
+    "transmittance": transmittance,
+    "sampler": sampler,
+    "fast_map": fast_map,
+    "hosts": hosts,
+}
