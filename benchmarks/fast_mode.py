@@ -263,7 +263,7 @@ def main() -> int:
     try:
         for lamp in arguments.lamp:
             for engine in arguments.engines:
-                name = f"{lamp.stem} {engine}"
+                name = f"{lamp.with_suffix('')} {engine}"
                 print(f"{name} ...", file=sys.stderr, flush=True)
                 results[name] = compare(
                     lamp, arguments.output / "fast_mode", names=arguments.places, engine=engine,
