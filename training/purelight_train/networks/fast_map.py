@@ -86,9 +86,15 @@ class FastMap(nn.Module):
 
     @torch.no_grad()
     def close_power(self, point: Tensor, radiance: Tensor) -> None:
-        """Set ceiling and gain: to the brightest sample, and so that sums over `point` agree."""
+        """Set the ceiling to the brightest sample, and the gain so that light agrees.
+
+        That is the mean ratio of true to told light over views, dim ones (`DIM`) for less: sums
+        over all views would be those of the few brightest.
+        """
         brightest = (radiance / self.scale).amax((0, 1))
         self.ceiling.copy_(torch.log1p(brightest).clamp(max=MAX_LOG))
-        total = torch.stack([self(part).sum((0, 1, 2)) for part in point.split(1024)]).sum(0)
-        true = radiance.sum((0, 1))
-        self.gain *= torch.where(total > 0, true / total, torch.ones_like(total))
+        told = torch.cat([self(part).mean((1, 2)) for part in point.split(1024)])
+        true = radiance.mean(1)
+        weight = 1 / (told + DIM * told.mean(0) + 1e-30)
+        known, total = (told * weight).sum(0), (true * weight).sum(0)
+        self.gain *= torch.where(known > 0, total / known, torch.ones_like(known))
