@@ -38,8 +38,10 @@ COLUMNS = {  # Format, and where the figure is.
     "student-teacher": (".3f", "appearance", "student_teacher", "mape_without_noise"),
     "irradiance": ("+.3f", "irradiance", "accurate", "mean"),
     "(abs)": (".3f", "irradiance", "accurate", "mean_absolute_over_mean"),
-    "T": ("+.3f", "transmittance", "panel of 15.0 degrees", "mean"),
+    "T, 15°": ("+.3f", "transmittance", "panel of 15.0 degrees", "mean"),
     "(RMS)": (".3f", "transmittance", "panel of 15.0 degrees", "root_mean_square"),
+    "T, 90°": ("+.3f", "transmittance", "panel of 89.9 degrees", "mean"),
+    "(RMS, 90°)": (".3f", "transmittance", "panel of 89.9 degrees", "root_mean_square"),
     "sampler ESS": (".2f", "sampler", "effective_sample_size"),
     "map bias": ("+.3f", "fast_map", "irradiance_bias"),
 }
