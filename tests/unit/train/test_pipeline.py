@@ -72,7 +72,8 @@ def test_run_is_complete(run: Path) -> None:
     metrics = opened.read_json("metrics.json")
     np.testing.assert_allclose(metrics["student_flux"], description.flux, rtol=0.02)
     assert metrics["held_out_gain_nats"] > 0.2
-    assert set(metrics["losses"]) == {"teacher", "student", "transparency", "sampler", "fast_map"}
+    trained = {"teacher", "student", "transparency", "pilot", "sampler", "fast_map"}
+    assert set(metrics["losses"]) == trained
     escaped = opened.read_arrays("escaped.npz")
     np.testing.assert_allclose(
         escaped["weight"].sum(0, dtype=np.float64), description.flux, rtol=1e-4

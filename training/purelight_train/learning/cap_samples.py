@@ -14,12 +14,12 @@ from purelight_format.color import LUMINANCE
 from purelight_train.light.description import Description
 from purelight_train.light.exit_surface import ExitSurface
 from purelight_train.networks import geometry
-from purelight_train.networks.fast_map import SIZE
 
 Float = NDArray[np.float32]
 Radiance = Callable[[Float, Float, Float], Float]
-CELLS = SIZE * SIZE
-POINT_BATCH = 1 << 11
+SIDE = 8
+EVEN = SIDE * SIDE  # samples of a point
+POINT_BATCH = 1 << 13
 
 
 def shading_points(description: Description, count: int, rng: np.random.Generator) -> Float:
@@ -40,12 +40,15 @@ def shading_points(description: Description, count: int, rng: np.random.Generato
 
 @dataclass(frozen=True)
 class CapSamples:
-    """One random direction in each cell of the cap, for every shading point.
+    r"""What shading points see in directions of their caps.
+
+    Their sums over any part of the cap's square estimate :math:`\int L\,dz` there: many points with
+    few samples each tell more of a field that changes smoothly than few points with many.
 
     Arguments:
         point: [P, 3].
-        square: [P, 256, 2] coordinates in the cap's square, one in each cell, row by row.
-        radiance: [P, 256, 3] towards the point.
+        square: [P, K, 2] coordinates in the cap's square.
+        radiance: [P, K, 3] towards the point, times the sample's weight.
     """
 
     point: Float
@@ -61,22 +64,22 @@ class CapSamples:
         rng: np.random.Generator,
         progress: Callable[[int], None] = lambda _: None,
     ) -> CapSamples:
-        """Look at the lamp from `count` points along a jittered direction in each cell."""
+        """Look at the lamp along one jittered direction in each of 8 x 8 cells: K = 64."""
         point = shading_points(description, count, rng)
-        column, row = np.meshgrid(np.arange(SIZE), np.arange(SIZE))
-        corner = np.stack((column, row), -1).reshape(1, CELLS, 2)
-        square = ((corner + rng.random((count, CELLS, 2))) / SIZE).astype(np.float32)
-        value = np.zeros((count, CELLS, 3), np.float32)
+        column, row = np.meshgrid(np.arange(SIDE), np.arange(SIDE))
+        corner = np.stack((column, row), -1).reshape(1, EVEN, 2)
+        square = ((corner + rng.random((count, EVEN, 2))) / SIDE).astype(np.float32)
+        value = np.zeros((count, EVEN, 3), np.float32)
         for i in range(0, count, POINT_BATCH):
             part = slice(i, i + POINT_BATCH)
             direction = cap_directions(description, point[part], square[part])
-            seen = look(surface, radiance, np.repeat(point[part], CELLS, 0), direction)
-            value[part] = seen.reshape(-1, CELLS, 3)
+            seen = look(surface, radiance, np.repeat(point[part], EVEN, 0), direction)
+            value[part] = seen.reshape(-1, EVEN, 3) / EVEN
             progress(min(i + POINT_BATCH, count))
         return CapSamples(point, square, value)
 
     def luminance(self) -> Float:
-        """[P, 256]."""
+        """[P, K]."""
         return (self.radiance @ LUMINANCE).astype(np.float32)
 
 

@@ -94,23 +94,22 @@ def just_before(surface: ExitSurface, position: Float, normal: Float, outgoing: 
 
 
 class SamplerBatches:
-    """Directions towards the lamp, drawn by the luminance seen along them.
+    r"""Directions towards the lamp, drawn by the luminance seen along them.
 
-    Points are uniform among those that see any light; within a point's cap, cells are drawn in
-    proportion to their luminance, which is the weight of the Kullback-Leibler divergence.
+    That is the weight of the Kullback-Leibler divergence. With :math:`\Phi_p` the sum of a point's
+    samples, points are drawn in proportion to :math:`\Phi_p / (\Phi_p + \bar\Phi)`: dim views count
+    nearly as much as bright ones, but not more for what few samples have missed there.
     """
 
     def __init__(self, samples: CapSamples) -> None:
         self.samples = samples
         share = samples.luminance().astype(np.float64)
-        self.lit = np.flatnonzero(share.sum(1) > 0)
-        share = share[self.lit]
-        self.cumulative = np.cumsum(share / share.sum(1, keepdims=True))
+        total = share.sum(1, keepdims=True)
+        self.cumulative = np.cumsum(share / (total + total.mean() + 1e-300))
 
     def draw(self, rng: np.random.Generator, size: int) -> tuple[Float, Float]:
         """Cap coordinates [size, 2] and shading points [size, 3]."""
         u = rng.random(size) * self.cumulative[-1]
         index = np.minimum(np.searchsorted(self.cumulative, u), len(self.cumulative) - 1)
-        cells = self.samples.square.shape[1]
-        point, cell = self.lit[index // cells], index % cells
-        return self.samples.square[point, cell], self.samples.point[point]
+        point, sample = np.divmod(index, self.samples.square.shape[1])
+        return self.samples.square[point, sample], self.samples.point[point]

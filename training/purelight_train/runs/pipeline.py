@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -10,10 +11,11 @@ from typing import Any
 import numpy as np
 import torch
 from numpy.typing import NDArray
+from torch import Tensor
 
 from purelight_format.errors import PureLightError
+from purelight_train.learning.aimed_samples import aimed_samples, cell_means
 from purelight_train.learning.cap_samples import CapSamples
-from purelight_train.learning.map_samples import MOST, MapSamples
 from purelight_train.learning.teacher import Teacher
 from purelight_train.learning.training_sets import SamplerBatches, SurfaceSet, transmittance_set
 from purelight_train.light.luminaire import scene_digest
@@ -89,27 +91,39 @@ class Training:
             )  # fmt: skip
 
     @cached_property
-    def sampler(self) -> Sampler:
-        network = self.stages.build("sampler", Sampler, self.lamp.description, self.preset)
-        self.stages.train("sampler", network, self._sampler_loss, self.preset.sampler)
-        return network
+    def pilot(self) -> Sampler:
+        """A sampler that knows the lamp by even samples alone, and shows where to look again."""
+        return self._trained_sampler("pilot", lambda: self.cap_samples)
 
     @cached_property
-    def map_samples(self) -> MapSamples:
+    def aimed_samples(self) -> CapSamples:
         student, lamp = as_function(self.student, self.stages.device), self.lamp
-        with self.stages.bar("map", min(self.preset.cap_points, MOST), "point") as update:
-            return MapSamples.of(
-                self.cap_samples, self.sampler, lamp.description, lamp.surface, student,
-                self.stages.rng("map"), update,
+        with self.stages.bar("aim", self.preset.cap_points, "point") as update:
+            return aimed_samples(
+                self.cap_samples, self.pilot, lamp.description, lamp.surface, student,
+                self.stages.rng("aim"), update,
             )  # fmt: skip
+
+    @cached_property
+    def sampler(self) -> Sampler:
+        return self._trained_sampler("sampler", lambda: self.aimed_samples)
+
+    def _trained_sampler(self, name: str, samples: Callable[[], CapSamples]) -> Sampler:
+        """The pilot, or what goes on from it: each takes half of the steps."""
+        network = self.stages.build(name, Sampler, self.lamp.description, self.preset)
+        if name != "pilot" and not self.stages.run.finished(name):
+            network.load_state_dict(self.pilot.state_dict())
+        settings = self.preset.sampler
+        half = replace(settings, steps=settings.steps // 2)
+        self.stages.train(name, network, lambda s: self._sampler_loss(s, samples()), half)
+        return network
 
     @cached_property
     def fast_map(self) -> FastMap:
         network = self.stages.build("fast_map", FastMap, self.lamp.description, self.preset)
 
         def close_power() -> None:
-            samples = self.map_samples
-            network.close_power(*self.stages.tensors(samples.point, samples.radiance))
+            network.close_power(*self._cells)
 
         self.stages.train(
             "fast_map", network, self._fast_map_loss, self.preset.fast_map, close_power
@@ -155,14 +169,19 @@ class Training:
         data, size = self.stages.tensors(*self.see_through), self.preset.transparency.batch
         return lambda rng: transparency.loss(*rows(data, rng, size))
 
-    def _sampler_loss(self, sampler: Sampler) -> Loss:
-        batches, size = SamplerBatches(self.cap_samples), self.preset.sampler.batch
+    def _sampler_loss(self, sampler: Sampler, samples: CapSamples) -> Loss:
+        batches, size = SamplerBatches(samples), self.preset.sampler.batch
         tensors = self.stages.tensors
         return lambda rng: -sampler.log_density(*tensors(*batches.draw(rng, size))).mean()
 
+    @cached_property
+    def _cells(self) -> tuple[Tensor, ...]:
+        """Points and the mean radiance in the cells of their caps."""
+        return self.stages.tensors(self.aimed_samples.point, cell_means(self.aimed_samples))
+
     def _fast_map_loss(self, fast_map: FastMap) -> Loss:
-        data = self.stages.tensors(self.map_samples.point, self.map_samples.radiance)
-        return lambda rng: fast_map.loss(*rows(data, rng, self.preset.fast_map.batch))
+        data, size = self._cells, self.preset.fast_map.batch
+        return lambda rng: fast_map.loss(*rows(data, rng, size))
 
 
 def opaque(position: Float, normal: Float, outgoing: Float) -> Float:

@@ -22,11 +22,11 @@ from purelight_train.runs.run_directory import RunDirectory
 
 Loss = Callable[[np.random.Generator], Tensor]
 Module = TypeVar("Module", bound=nn.Module)
-NETWORKS = ("teacher", "student", "transparency", "sampler", "fast_map")
+NETWORKS = ("teacher", "student", "transparency", "pilot", "sampler", "fast_map")
 # Their order numbers the random streams of the stages
 STAGES = (
-    "light", "teacher", "distillation", "student", "transparency", "cap", "sampler", "map",
-    "fast_map",
+    "light", "teacher", "distillation", "student", "transparency", "cap", "pilot", "aim",
+    "sampler", "fast_map",
 )  # fmt: skip
 
 

@@ -10,8 +10,8 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
+from purelight_train.learning.aimed_samples import aimed_samples, cell_means
 from purelight_train.learning.cap_samples import CapSamples
-from purelight_train.learning.map_samples import MapSamples
 from purelight_train.learning.training_sets import SamplerBatches
 from purelight_train.networks.fast_map import FastMap
 from purelight_train.networks.sampler import Sampler
@@ -45,18 +45,15 @@ class SamplerSizes:
         self.held_out = self._look(HELD_OUT_POINTS, 2)
 
     def _look(self, points: int, part: int) -> CapSamples:
-        lamp, stages = self.training.lamp, self.training.stages
-        radiance = as_function(self.training.student, stages.device)
-        rng = stages.rng("cap", part)
-        return CapSamples.gather(lamp.description, lamp.surface, radiance, points, rng)
+        training, stages, lamp = self.training, self.training.stages, self.training.lamp
+        radiance = as_function(training.student, stages.device)
+        seen = lamp.description, lamp.surface, radiance
+        even = CapSamples.gather(*seen, points, stages.rng("cap", part))
+        return aimed_samples(even, training.sampler, *seen, stages.rng("aim", part))
 
-    def _maps(self, samples: CapSamples, part: int) -> tuple[Tensor, ...]:
+    def _maps(self, samples: CapSamples) -> tuple[Tensor, ...]:
         """What a fast map learns from: points and estimates of their cells."""
-        lamp, stages = self.training.lamp, self.training.stages
-        radiance, rng = as_function(self.training.student, stages.device), stages.rng("map", part)
-        sampler = self.training.sampler
-        maps = MapSamples.of(samples, sampler, lamp.description, lamp.surface, radiance, rng)
-        return stages.tensors(maps.point, maps.radiance)
+        return self.training.stages.tensors(samples.point, cell_means(samples))
 
     def __call__(self, preset: Preset) -> tuple[Preset, Sampler, FastMap]:
         """The smallest networks, or the run's own, and the preset with their sizes."""
@@ -96,7 +93,7 @@ class SamplerSizes:
 
     def _fast_map(self, preset: Preset) -> tuple[Preset, FastMap]:
         own, size = self.training.fast_map, self.training.preset.fast_map_network
-        data, held_out = self._maps(self.samples, 1), self._maps(self.held_out, 2)
+        data, held_out = self._maps(self.samples), self._maps(self.held_out)
         bound = _square_error(own, held_out) * (1 + self.target)
         for width in narrower(size.width):
             sized = replace(preset, fast_map_network=MLPSize(width, DEPTH), fast_map_one_hot=False)

@@ -31,19 +31,19 @@ def spot(position: np.ndarray, normal: np.ndarray, outgoing: np.ndarray) -> np.n
 
 def even_samples(surface: Any, rng: np.random.Generator) -> Any:
     """One direction in each cell, from the same point every time."""
-    from purelight_train.learning.cap_samples import CELLS, CapSamples, cap_directions, look
+    from purelight_train.learning.cap_samples import EVEN, SIDE, CapSamples, cap_directions, look
 
-    point = np.tile(np.array([[2.0, 0.5, 3.0]], np.float32), (8, 1))
-    row, column = np.divmod(np.arange(CELLS), 16)
-    square = (np.stack((column, row), 1) + rng.random((8, CELLS, 2))) / 16
+    point = np.tile(np.array([[2.0, 0.5, 3.0]], np.float32), (32, 1))
+    row, column = np.divmod(np.arange(EVEN), SIDE)
+    square = (np.stack((column, row), 1) + rng.random((32, EVEN, 2))) / SIDE
     direction = cap_directions(LAMP, point, square.astype(np.float32))
-    seen = look(surface, spot, np.repeat(point, CELLS, 0), direction)
-    return CapSamples(point, square.astype(np.float32), seen.reshape(8, CELLS, 3))
+    seen = look(surface, spot, np.repeat(point, EVEN, 0), direction)
+    return CapSamples(point, square.astype(np.float32), seen.reshape(32, EVEN, 3) / EVEN)
 
 
 def test_maps_have_no_bias(mitsuba: Any) -> None:
     """Sums and quarters of maps are those of even samples; an unlearned sampler is not even."""
-    from purelight_train.learning.map_samples import MapSamples
+    from purelight_train.learning.aimed_samples import aimed_samples, cell_means
     from purelight_train.light.exit_surface import ExitSurface
 
     mesh = trimesh.creation.icosphere(subdivisions=3)
@@ -60,9 +60,9 @@ def test_maps_have_no_bias(mitsuba: Any) -> None:
     for seed in range(REPEATS):
         rng = np.random.default_rng([7, seed])
         samples = even_samples(surface, rng)
-        maps = MapSamples.of(samples, sampler, LAMP, surface, spot, rng)
-        even.append(samples.radiance)
-        ours.append(maps.radiance)
+        aimed = aimed_samples(samples, sampler, LAMP, surface, spot, rng)
+        even.append(cell_means(samples))
+        ours.append(cell_means(aimed))
     for cells in (slice(None), slice(0, 64), slice(64, 128), slice(128, 192), slice(192, 256)):
         a, b = (np.concatenate(v)[:, cells, :2].mean((1, 2)) for v in (even, ours))
         error = np.sqrt((a.var() + b.var()) / len(a))
