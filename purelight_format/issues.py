@@ -207,8 +207,9 @@ _TABLE = (
     # The USD layer
     Code("PLX_USD_NOT_FIRST", "the first member must be the only USD layer", "usd.md#u1"),
     Code("PLX_USD_SYNTAX", "no readable layer: {what}", "usd.md#u2"),
-    Code("PLX_USD_TOO_COMPLEX", "over {limit} quotations, escapes, paths and comments",
-         "usd.md#u2"),
+    Code("PLX_USD_TOO_COMPLEX", "over {limit} words, quotations, paths and marks", "usd.md#u2"),
+    Code("PLX_USD_TOO_DEEP", "prims or dictionaries nested deeper than {limit}", "usd.md#u2"),
+    Code("PLX_USD_NOT_ALLOWED", "{word!r} has no place in the layer of a bundle", "usd.md#u2"),
     Code("PLX_USD_NO_DEFAULT_PRIM", "the layer has no default prim", "usd.md#u3"),
     Code("PLX_USD_SCHEMA_MISSING", "no prim applies PureLightLuminaireAPI", "usd.md#u4"),
     Code("PLX_USD_PATH", "{path!r} does not begin with ./ or leaves the folder", "usd.md#u5"),

@@ -37,7 +37,8 @@ class Limits:
             64 golden maps in float64 take 393 kB.
         vectors: golden vectors per network.
         layer_bytes: the USD layer holds the exit mesh as text.
-        layer_words: quotations, asset paths and comments of the layer; ours has 40.
+        layer_words, layer_depth: words, numbers, quotations, paths and brackets of the layer, but
+            for numbers in brackets; nested prims and dictionaries. Ours has 250 and 2.
         picture_bytes: preview and photometry are for people, not for textures.
         picture_pixels: width and height of the preview; a PNG of a few kB may unpack to gigabytes.
         issues: errors, and warnings, of a report; the first ones tell what is wrong.
@@ -64,6 +65,7 @@ class Limits:
     vectors: int = 1024
     layer_bytes: int = 128 * MIB
     layer_words: int = 10_000
+    layer_depth: int = 16
     picture_bytes: int = 16 * MIB
     picture_pixels: int = 4096
     issues: int = 100

@@ -407,8 +407,8 @@ attack(ONNX, "infinite weights", "weights are finite", "PLX_ONNX_NON_FINITE_WEIG
 # USD: layers that compose
 
 USD = "USD"
-WORDS = "no word that composes"
-FORWARD = "delimiters are searched forward, and counted"
+WORDS = "a grammar without composition"
+GRAMMAR = "a grammar that names all that is allowed"
 INSIDE = "paths begin with ./ and name members"
 METADATA_END = '    upAxis = "Z"\n'
 
@@ -461,19 +461,48 @@ attack(
     INSIDE,
     "PLX_USD_PATH_DANGLING",
 )(lambda: layer("@./manifest.json@", "@./∕etc∕passwd@"))
+
+
+def in_prim(text: str) -> bytes:
+    return layer("    float purelight:dimmer", f"    {text}\n    float purelight:dimmer")
+
+
 for _text, _what in (
     ('asset x = "/etc/passwd"', "an asset path in quotation marks, as OpenUSD takes it too"),
-    ('asset[] x = [@./manifest.json@, "/etc/passwd"]', "one in a list"),
-    ('asset x.timeSamples = { 0: None, 1e3: "/etc/passwd" }', "one in samples"),
+    ('asset[] x = ["/etc/passwd"]', "one in a list"),
     ('asset # a comment\n x = # another\n "/etc/passwd"', "one behind comments"),
     ("asset asset:asset =" + " " * 5000 + '"/etc/passwd"', "one behind much space"),
     ('asset [ ] x = [ "/etc/passwd" ]', "one in a list with spaces"),
+    ('int x = 1 (customData = { asset "x" = "/outside" })', "one behind a quoted key"),
+    ('int x (customData = { dictionary a = { asset[] b = ["/outside"] } })', "one two deep"),
+    ("string x = @/etc/passwd@", "an asset path as a string"),
 ):
     attack(USD, _what, "an asset's value must be an asset path", "PLX_USD_PATH")(
-        lambda text=_text: layer(
-            "    float purelight:dimmer", f"    {text}\n    float purelight:dimmer"
-        )
+        lambda text=_text: in_prim(text)
     )
+for _text, _what in (
+    ('asset x.timeSamples = { 0: None, 1e3: "/etc/passwd" }', "an asset path in samples"),
+    ('asset inputs:file . timeSamples = { 0: "/outside" }', "samples behind a space"),
+    ("float x.spline = { bezier, 1: 5 }", "a spline"),
+    ('pathExpression x = "//a//b + /c"', "a path expression"),
+    ("opaque x", "an opaque attribute"),
+    ("reorder properties = []", "another order of properties"),
+    ("delete rel x = </a>", "a relationship that is taken away"),
+):
+    attack(USD, _what, GRAMMAR, "PLX_USD_NOT_ALLOWED")(lambda text=_text: in_prim(text))
+for _text, _what, _code in (
+    ("double x = " + "(" * 200_000, "200,000 brackets", "PLX_USD_SYNTAX"),
+    ("double[] x = [" + "(" * 5 + "1" + ")" * 5 + "]", "six brackets deep", "PLX_USD_SYNTAX"),
+    ("int x (customData = " + "{ dictionary a = " * 5000 + "{}" + "}" * 5001 + ")",
+     "5,000 dictionaries in one another, on which OpenUSD dies", "PLX_USD_TOO_DEEP"),
+    ('def "a" {' * 5000 + "}" * 5000, "5,000 prims in one another", "PLX_USD_TOO_DEEP"),
+    ("string x = '/etc/passwd'", "single quotation marks", "PLX_USD_SYNTAX"),
+    ('string x = """a"""" + @/etc/passwd@', "four quotation marks", "PLX_USD_SYNTAX"),
+    ("asset x = @@@./a.json@@@", "threefold path marks", "PLX_USD_SYNTAX"),
+    ("float x" + "x" * 300 + " = 1", "a name of 300 letters", "PLX_USD_SYNTAX"),
+    ("double x = 1" + "0" * 5000, "a number of 5,000 digits", "PLX_USD_SYNTAX"),
+):  # fmt: skip
+    attack(USD, _what, GRAMMAR, _code)(lambda text=_text: in_prim(text))
 attack(USD, "a path in the layer's colorConfiguration, quoted", WORDS, "PLX_USD_COMPOSITION")(
     lambda: in_metadata('colorConfiguration = "/etc/passwd"')
 )
@@ -484,17 +513,21 @@ attack(USD, "an outer layer between comments `/* \" */ ... /* \" */`", "comments
 attack(USD, "a quotation behind `//`", "comments begin with #", "PLX_USD_SYNTAX")(
     lambda: in_metadata('// "')
 )
-attack(USD, "half-open asset paths, quadratic in a backtracking search", FORWARD,
-       "PLX_USD_TOO_COMPLEX")(lambda: in_metadata("@@@x@ \\" * 200_000))  # fmt: skip
-attack(USD, "half-open quotations", FORWARD, "PLX_USD_TOO_COMPLEX")(
+attack(USD, "half-open asset paths, quadratic in a backtracking search", GRAMMAR,
+       "PLX_USD_SYNTAX")(lambda: in_metadata("@@@x@ \\" * 200_000))  # fmt: skip
+attack(USD, "half-open quotations", GRAMMAR, "PLX_USD_SYNTAX")(
     lambda: in_metadata('"""x" \\ ' * 200_000)
 )
-attack(USD, "a million quotations", "words are counted", "PLX_USD_TOO_COMPLEX")(
+attack(USD, "a million quotations", "tokens are counted", "PLX_USD_TOO_COMPLEX")(
     lambda: in_metadata('"a" ' * 1_000_000)
 )
-attack(USD, "a quotation of a million escapes", "words are counted", "PLX_USD_TOO_COMPLEX")(
+attack(USD, "a quotation of a million escapes", "tokens have limits", "PLX_USD_SYNTAX")(
     lambda: in_metadata('doc = "' + "\\n" * 1_000_000 + '"')
 )
+attack(USD, "a million spaces before a word, for `^\\s*defaultPrim`", "one pass over the text",
+       "PLX_USD_NO_DEFAULT_PRIM")(
+    lambda: layer('    defaultPrim = "octahedron"\n', "\n" * 1_000_000)
+)  # fmt: skip
 attack(USD, "a binary layer named .usda", "the text must begin with its header", "PLX_USD_SYNTAX")(
     lambda: layer("#usda 1.0\n", "PXR-USDC\0\0")
 )

@@ -22,7 +22,7 @@ from purelight_format.onnx_profile import inspect
 from purelight_format.validate import examine
 from tests.assets import bad, lamp
 from tests.assets.mutation import mutate
-from tests.fuzz import networks
+from tests.fuzz import layers, networks
 
 
 @dataclass(frozen=True)
@@ -209,6 +209,9 @@ def layer_name() -> str:
 
 
 def make_layer(rng: Random) -> bytes:
+    """A damaged layer of our own, or one drawn from OpenUSD's grammar."""
+    if rng.random() < 0.5:
+        return layers.drawn(rng)
     return mutate(good()[layer_name()], rng, LAYER_WORDS)
 
 

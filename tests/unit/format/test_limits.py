@@ -36,6 +36,7 @@ LOWERED = {
     "vectors": (7, "PLX_GOLDEN_SHAPE"),
     "layer_bytes": (1000, "PLX_MEMBER_TOO_LARGE"),
     "layer_words": (10, "PLX_USD_TOO_COMPLEX"),
+    "layer_depth": (1, "PLX_USD_TOO_DEEP"),
     "picture_bytes": (10, "PLX_MEMBER_TOO_LARGE"),
     "picture_pixels": (0, "PLX_PREVIEW_TOO_LARGE"),
 }

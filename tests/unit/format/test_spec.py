@@ -12,7 +12,7 @@ from purelight_format.limits import LIMITS, MIB
 from purelight_format.onnx_operators import OPERATORS
 from purelight_format.onnx_profile import IR_VERSION, OPSET
 from purelight_format.onnx_wire import FIELDS_EACH
-from purelight_format.usd_layer import COMPOSING, METADATA
+from purelight_format.usd_text import COMPOSING, LAYER_FIELDS, PRIM_FIELDS, PROPERTY_FIELDS
 from purelight_format.validate import validate
 from purelight_format.vectors import SIGNATURES
 from tests.assets import example_page, smallest
@@ -65,9 +65,8 @@ def test_the_networks_are_those_of_the_table() -> None:
                                    f"{LIMITS.initializers:,} initializers"]),
         ("onnx_profile.md", "n1", [f"{LIMITS.network_structure_bytes // MIB} MiB besides",
                                    f"{LIMITS.nodes + FIELDS_EACH * LIMITS.initializers:,} fields"]),
-        ("usd.md", "u2", [f"{LIMITS.layer_words:,} quotations"]),
-        ("usd.md", "u3", [f"{METADATA // 1024} KiB"]),
-        ("usd.md", "u6", [keyword.decode() for keyword in COMPOSING]),
+        ("usd.md", "u2", [f"{LIMITS.layer_words:,} tokens", f"{LIMITS.layer_depth} deep"]),
+        ("usd.md", "u6", list(COMPOSING)),
         ("plux.md", "p1", [f"{LIMITS.picture_pixels:,} pixels"]),
         ("onnx_profile.md", "n11", [f"{LIMITS.node_inputs} inputs",
                                    f"{LIMITS.node_outputs:,} outputs"]),
@@ -80,6 +79,14 @@ def test_the_networks_are_those_of_the_table() -> None:
 def test_limits_are_those_of_the_rules(page: str, anchor: str, figures: list[str]) -> None:
     text = rule(page, anchor)
     assert all(figure in text for figure in figures)
+
+
+@pytest.mark.parametrize(
+    ("owner", "fields"),
+    [("the layer", LAYER_FIELDS), ("a prim", PRIM_FIELDS), ("a property", PROPERTY_FIELDS)],
+)
+def test_fields_of_the_layer_are_those_of_the_grammar(owner: str, fields: frozenset[str]) -> None:
+    assert f"| {owner} | {' '.join(sorted(fields))} |" in (SPEC / "usd.md").read_text()
 
 
 def test_every_rule_names_a_code_and_every_code_is_of_a_rule() -> None:
