@@ -18,7 +18,8 @@ Buffer = bytes | memoryview
 
 ALIGNMENT = 64
 PADDING_ID = 0x1986  # The extra field that OpenUSD pads its packages with.
-PART = re.compile("[a-z0-9_-][a-z0-9_.-]*")
+DEVICES = "(?:aux|con|nul|prn|com[0-9]|lpt[0-9])"  # On Windows, whatever their ending.
+PART = re.compile(rf"(?!{DEVICES}(?:\.|$))[a-z0-9_](?:[a-z0-9_.-]*[a-z0-9_-])?")
 
 LOCAL = struct.Struct("<4s5H3I2H")
 CENTRAL = struct.Struct("<4s6H3I5H2I")

@@ -232,6 +232,10 @@ _TABLE = (
          "conformance.md#g4"),
     Code("PLX_GOLDEN_BROKEN", "the network fails on its golden vectors: {what}",
          "conformance.md#g4"),
+    # The validator itself
+    Code("PLX_VALIDATOR_FAULT",
+         "the validator failed, so the bundle counts as invalid; please report it: {what}",
+         "plux.md#v1"),
     # Pictures and photometry
     Code("PLX_PREVIEW_INVALID", "the preview is no PNG picture", "plux.md#p1"),
     Code("PLX_PREVIEW_TOO_LARGE", "the preview has {size} pixels, at most {limit} each way",

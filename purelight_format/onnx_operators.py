@@ -93,8 +93,11 @@ class Node:
         return [int(number) for number in value]
 
     def axes(self, index: int, rank: int) -> list[int]:
-        """Axes given as an initializer, counted without the rows; never the rows."""
-        return [self.axis(axis, rank) for axis in self.numbers(index)]
+        """Axes given as an initializer, counted without the rows; never the rows, none twice."""
+        axes = [self.axis(axis, rank) for axis in self.numbers(index)]
+        if len(set(axes)) != len(axes):
+            self.bad_shape("an axis is named twice")
+        return axes
 
     def axis(self, axis: int, rank: int) -> int:
         """An axis of a tensor of `rank` axes besides the rows, counted without the rows."""
@@ -208,7 +211,7 @@ def _where(node: Node) -> list[Tensor]:
     inputs = _given(node)
     if inputs[0].dtype != BOOL:
         node.bad_type("the condition is not bool")
-    _require_one_type(node, inputs[1:], ANY)
+    _require_one_type(node, inputs[1:], NUMBER)
     return [Tensor(inputs[1].dtype, _broadcast(node, inputs))]
 
 
@@ -241,7 +244,7 @@ def _reduce(node: Node) -> list[Tensor]:
     x = node.rows()
     if x.dtype not in NUMBER:
         node.bad_type(f"the input is {x.dtype}")
-    axes = set(node.axes(1, len(x.shape)))
+    axes = node.axes(1, len(x.shape))
     if not axes or node.attributes.get("noop_with_empty_axes", 0):
         node.bad_shape("axes must be given")
     keep = node.attributes.get("keepdims", 1)
@@ -294,7 +297,7 @@ def _gather_elements(node: Node) -> list[Tensor]:
         node.bad_type(f"the index is {index.dtype}")
     axis = node.axis(node.attributes.get("axis", 0), len(x.shape))
     fits = len(index.shape) == len(x.shape) and all(
-        k == axis or size <= x.shape[k] for k, size in enumerate(index.shape)
+        k == axis or size == x.shape[k] for k, size in enumerate(index.shape)
     )
     if not fits:
         node.bad_shape(f"index {index.shape} does not fit {x.shape}")
@@ -324,10 +327,9 @@ def _split(node: Node) -> list[Tensor]:
 def _slice(node: Node) -> list[Tensor]:
     x = node.rows()
     shape = list(x.shape)
-    starts, ends = node.numbers(1, INDEX), node.numbers(2, INDEX)
-    axes = node.axes(3, len(shape))
-    steps = node.numbers(4, INDEX) if len(node.inputs) > 4 else [1] * len(axes)
-    if not len(starts) == len(ends) == len(axes) == len(steps) or len(set(axes)) != len(axes):
+    starts, ends, axes = node.numbers(1), node.numbers(2), node.axes(3, len(shape))
+    steps = node.numbers(4) if len(node.inputs) > 4 else [1] * len(axes)
+    if not len(starts) == len(ends) == len(axes) == len(steps):
         node.bad_shape("starts, ends, axes and steps do not fit")
     for start, end, axis, step in zip(starts, ends, axes, steps, strict=True):
         if step < 1:
@@ -354,7 +356,7 @@ def _transpose(node: Node) -> list[Tensor]:
 
 def _squeeze(node: Node) -> list[Tensor]:
     x = node.rows()
-    axes = set(node.axes(1, len(x.shape)))
+    axes = node.axes(1, len(x.shape))
     if any(x.shape[axis] != 1 for axis in axes):
         node.bad_shape(f"axes {sorted(axes)} of {x.shape} are not all 1")
     return [Tensor(x.dtype, tuple(s for k, s in enumerate(x.shape) if k not in axes))]
@@ -364,8 +366,6 @@ def _unsqueeze(node: Node) -> list[Tensor]:
     x = node.rows()
     count = len(node.numbers(1))
     axes = node.axes(1, len(x.shape) + count)
-    if len(set(axes)) != count:
-        node.bad_shape("an axis is named twice")
     sizes = iter(x.shape)
     rank = len(x.shape) + count
     return [Tensor(x.dtype, tuple(1 if k in axes else next(sizes) for k in range(rank)))]

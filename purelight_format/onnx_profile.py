@@ -7,7 +7,7 @@ be made to do so itself; here nothing is computed but shapes, and every operator
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,7 +17,7 @@ from purelight_format import members
 from purelight_format.errors import PureLightError
 from purelight_format.issues import Issue, fail, issue
 from purelight_format.limits import LIMITS, Limits
-from purelight_format.onnx_operators import FLOAT, OPERATORS, TYPES, Node, Tensor
+from purelight_format.onnx_operators import FLOAT, OPERATORS, TYPES, Node, Shape, Tensor
 from purelight_format.onnx_wire import require_small_structure
 from purelight_format.vectors import SIGNATURES, Shapes
 
@@ -25,6 +25,7 @@ IR_VERSION = 10
 OPSET = 18
 ROWS = "N"
 FLOAT_ATTRIBUTE, INT, GRAPH, INTS, GRAPHS = 1, 2, 5, 7, 10  # As in ONNX's AttributeProto.
+VALUES = {FLOAT_ATTRIBUTE: "f", INT: "i", INTS: "ints"}
 FLAGS = (
     "allowzero", "exclusive", "fmod", "keepdims", "noop_with_empty_axes", "reverse", "transA",
     "transB",
@@ -97,12 +98,30 @@ def _inspect(proto: Any, network: str, where: str, size: int, limits: Limits) ->
     signature = SIGNATURES[network]
     _require_signature(graph.input, signature.inputs, f"{where}:inputs")
     _require_signature(graph.output, signature.outputs, f"{where}:outputs")
-    values = {name: Tensor(FLOAT, shape) for name, shape in signature.inputs.items()}
-    for tensor in graph.initializer:
-        _define(values, tensor.name, _initializer(tensor, where, limits), where)
-    macs, floats, largest = _walk(graph.node, values, where, limits)
+    values, (macs, floats, largest) = foretell(graph, signature.inputs, where, limits)
     _require_outputs(values, signature.outputs, where)
     return NetworkCost(macs, floats, largest, size, tuple(_warnings(proto, where)))
+
+
+def foretell(
+    graph: Any, inputs: Mapping[str, Shape], where: str = "", limits: Limits = LIMITS
+) -> tuple[dict[str, Tensor], tuple[int, int, int]]:
+    """Type and shape of every value of a graph, and its cost, from those of its inputs.
+
+    Arguments:
+        graph: a GraphProto.
+        inputs: sizes of one row of each.
+
+    Returns:
+        The values by name; multiply-adds, elements, and those of the largest value, per row.
+
+    Raises:
+        FormatError: With a PLX_ONNX code.
+    """
+    values = {name: Tensor(FLOAT, tuple(shape)) for name, shape in inputs.items()}
+    for tensor in graph.initializer:
+        _define(values, tensor.name, _initializer(tensor, where, limits), where)
+    return values, _walk(graph.node, values, where, limits)
 
 
 def _too_large(where: str, what: str, size: int, limit: int) -> None:
@@ -265,6 +284,9 @@ def _attributes(proto: Any, allowed: tuple[str, ...], where: str, limits: Limits
             fail("PLX_ONNX_SUBGRAPH", where, name=name[:80])
         if name not in allowed or name in attributes or attribute.ref_attr_name:
             fail("PLX_ONNX_ATTRIBUTE", where, what=f"{proto.op_type}: attribute {name[:80]!r}")
+        stated = {field.name for field, _ in attribute.ListFields()}
+        if stated - {"name", "type", VALUES.get(attribute.type)}:
+            fail("PLX_ONNX_ATTRIBUTE", where, what=f"{proto.op_type}: {name[:80]!r} holds more")
         attributes[name] = _attribute(attribute, where, limits)
     return attributes
 

@@ -8,11 +8,12 @@ from typing import Any
 import numpy as np
 
 from purelight_format.errors import PureLightError
-from purelight_format.onnx_operators import TYPES
+from purelight_format.onnx_operators import TYPES, Tensor
+from purelight_format.onnx_profile import foretell
 
 Array = np.ndarray
 FLOAT = 1  # Number of float32 among ONNX's element types.
-ROWS = 64  # Rows at a time, so that a network at every limit still fits into 256 MiB.
+ROWS, ELEMENTS = 64, 1 << 24  # At a time, so that a network at every limit fits into 256 MiB.
 
 
 def evaluate(
@@ -29,33 +30,42 @@ def evaluate(
         The outputs by name, [N, ...] in `dtype`.
 
     Raises:
-        PureLightError: If an operator is not in the profile, or an index leaves its table.
+        PureLightError: If the network is not of the profile, or an index leaves its table.
     """
     import onnx
 
     graph = onnx.load_from_string(model).graph
-    constants = {t.name: _constant(t, dtype) for t in graph.initializer}
     rows = {name: np.asarray(array, dtype) for name, array in inputs.items()}
-    count = max(map(len, rows.values()))
+    foretold, (_, floats, _) = foretell(graph, {k: v.shape[1:] for k, v in rows.items()})
+    constants = {t.name: _constant(t, dtype) for t in graph.initializer}
+    count, step = max(map(len, rows.values())), max(1, min(ROWS, ELEMENTS // max(floats, 1)))
     parts = [
-        _evaluate(graph, constants, {k: v[i : i + ROWS] for k, v in rows.items()}, dtype)
-        for i in range(0, max(count, 1), ROWS)
+        _evaluate(graph, constants, {k: v[i : i + step] for k, v in rows.items()}, dtype, foretold)
+        for i in range(0, max(count, 1), step)
     ]
     return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
 
 def _evaluate(
-    graph: Any, constants: dict[str, Array], inputs: dict[str, Array], dtype: Any
+    graph: Any,
+    constants: dict[str, Array],
+    inputs: dict[str, Array],
+    dtype: Any,
+    foretold: Mapping[str, Tensor],
 ) -> dict[str, Array]:
-    values = constants | inputs
-    wanted = [value.name for value in graph.output]
-    last = {name: k for k, node in enumerate(graph.node) for name in node.input}
+    values, rows = constants | inputs, len(next(iter(inputs.values())))
+    wanted = {value.name for value in graph.output}
+    last = {name: k for k, node in enumerate(graph.node) for name in (*node.output, *node.input)}
     with np.errstate(all="ignore"):
         for k, node in enumerate(graph.node):
             results = _run(node, [values[name] if name else None for name in node.input], dtype)
-            values.update(zip(node.output, results, strict=True))
-            for name in {name for name in node.input if last[name] == k}.difference(wanted, [""]):
-                del values[name]
+            for name, result in zip(node.output, results, strict=True):
+                if result.shape != (rows, *foretold[name].shape):
+                    raise PureLightError(f"{node.op_type}: a result of {result.shape}")
+                values[name] = result
+            for name in {*node.input, *node.output}.difference(wanted, [""]):
+                if last[name] == k:
+                    del values[name]
     return {name: values[name] for name in wanted}
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import warnings
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -79,12 +80,23 @@ class Examination:
         return bytes(container.member(self.data, self.entries[member]))
 
     def find(self, stage: Stage) -> None:
-        """Runs a stage; a fault it cannot go on from is its last issue."""
+        """Runs a stage; a fault it cannot go on from, even one of ours, is its last issue.
+
+        Raises:
+            PureLightError: If a package is missing that the stage needs.
+        """
         try:
-            for found in stage(self):
-                self.findings.add(found)
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")  # `-W error` would change verdicts.
+                for found in stage(self):
+                    self.findings.add(found)
         except FormatError as error:
             self.findings.add(error.issue)
+        except PureLightError:
+            raise
+        except Exception as error:  # Whatever we did not foresee must not pass.
+            what = f"{type(error).__name__}: {error}"
+            self.findings.add(issue("PLX_VALIDATOR_FAULT", "file", what=what))
 
 
 Stage = Callable[[Examination], Iterator[Issue]]

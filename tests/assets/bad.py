@@ -438,6 +438,12 @@ for _node, _constants in (
     (one("Gather", "position i", axis=1), {"i": np.array([3])}),
     (one("Gather", "position i", axis=0), {"i": np.array([0])}),
     (one("Clip", "position c"), {"c": ONES}),
+    (one("ReduceSum", "position a"), {"a": np.array([1, -1])}),
+    (one("Squeeze", "position a"), {"a": np.array([1, 1])}),
+    (
+        one("Slice", "position s e a"),
+        {"s": np.zeros(2, int), "e": np.ones(2, int), "a": np.array([1, -1])},
+    ),
     (one("Where", "position position position"), {}),
 ):
     _code = "PLX_ONNX_TYPE" if _node.op_type == "Where" else "PLX_ONNX_SHAPE"
@@ -448,6 +454,31 @@ asset("PLX_ONNX_TYPE")(lambda: nodes(one("Add", "position c"), c=np.array([1])))
 asset("PLX_ONNX_TYPE")(lambda: nodes(one("Cast", to=TensorProto.FLOAT16)))
 asset("PLX_ONNX_TYPE")(lambda: nodes(one("Mod", "position normal")))
 asset("PLX_ONNX_TYPE")(lambda: nodes(one("GatherElements", "position normal", axis=1)))
+asset("PLX_ONNX_TYPE")(
+    lambda: nodes(one("Cast", outputs="b", to=TensorProto.BOOL), one("Where", "b b b"))
+)
+asset("PLX_ONNX_TYPE")(
+    lambda: nodes(
+        one("Slice", "position s e a"), s=np.zeros(1, "i4"), e=np.ones(1, "i4"), a=np.ones(1, "i8")
+    )
+)
+
+
+@asset("PLX_ONNX_SHAPE")
+def an_index_of_fewer_rows_than_its_data() -> bytes:
+    """NumPy spreads it over the data's 65,536 rows, where the profile foretells one."""
+    return nodes(
+        one("Unsqueeze", "position a", "u"), one("Gather", "u many", "x", axis=1),
+        one("Cast", "u", "i", to=TensorProto.INT64), one("GatherElements", "x i", "j", axis=2),
+        a=np.array([1]), many=np.zeros(LIMITS.sample_floats // 3, np.int64),
+    )  # fmt: skip
+
+
+@asset("PLX_ONNX_ATTRIBUTE")
+def an_attribute_of_two_values() -> bytes:
+    made = one("Softmax", axis=1)
+    made.attribute[0].f = 1.0
+    return nodes(made)
 
 
 @asset("PLX_ONNX_COST")

@@ -80,6 +80,11 @@ for _name in (
     "nul:stream",
     "a/../b.png",
     "CON.png",
+    "con.png",
+    "folder/com1",
+    "nul.png",
+    "-o.png0",
+    "previewpng.",
     "a\x1b[2Jb",
 ):
     attack(ZIP, f"a member named {_name!r}", ALPHABET, "PLX_ZIP_NAME_INVALID")(
