@@ -53,7 +53,7 @@ def replace_file(path: str | Path) -> Iterator[BinaryIO]:
     try:
         mode = _mode(path)
         path.parent.mkdir(parents=True, exist_ok=True)
-        file = open(draft, "xb+")  # noqa: SIM115 - closed below, before it is renamed
+        file = open(draft, "xb+", opener=_private if mode is not None else None)  # noqa: SIM115
         try:
             with file:
                 yield file
@@ -102,6 +102,11 @@ def check_folder(path: str | Path) -> None:
             pass
     except OSError as error:
         raise _refusal(path, error) from error
+
+
+def _private(path: str, flags: int) -> int:
+    """Opens a draft that nobody else may read, as it may replace a file that nobody else may."""
+    return os.open(path, flags, 0o600)
 
 
 def _refusal(path: Path, error: OSError) -> PureLightError:

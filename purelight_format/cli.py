@@ -37,14 +37,14 @@ def _run(
 def _validate(options: argparse.Namespace) -> int:
     report = validate(options.bundle)
     path = str(options.bundle)
-    print(report.to_json(path).decode() if options.json else report.to_text(path))
+    print(report.to_json(path) if options.json else report.to_text(path))
     return report.exit_code
 
 
 def _inspect(options: argparse.Namespace) -> int:
     bundle = Bundle.open(options.bundle)
     if options.json:
-        print(strict_json.dumps(summary_json(bundle)).decode(), end="")
+        print(strict_json.shown(summary_json(bundle)))
     else:
         print(summary_text(bundle))
     return 0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import io
 import math
 import os
 import sys
@@ -53,6 +54,9 @@ def run(name: str, action: Callable[[], int]) -> int:
         The exit code: that of the action, `FAULT` after one line about a fault that the user can
         mend, or `PIPE_CLOSED` if nobody reads its output any more (`purelight-inspect | head`).
     """
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):  # A narrow encoding must not be a traceback.
+            stream.reconfigure(errors="backslashreplace")
     try:
         try:
             return _run(name, action)
@@ -73,6 +77,11 @@ def _run(name: str, action: Callable[[], int]) -> int:
     except OSError as error:
         _say(name, f"{error.filename}: {error.strerror}" if error.filename else str(error))
     return FAULT
+
+
+def warn(name: str, text: str) -> None:
+    """Prints one line about something that the user should know."""
+    print(f"{name}: warning: {plain(text, LONGEST)}", file=sys.stderr)
 
 
 def _say(name: str, text: str) -> None:

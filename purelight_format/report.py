@@ -47,9 +47,9 @@ class Report:
         """0 for a valid bundle, 1 for an invalid one."""
         return 0 if self.valid else 1
 
-    def to_json(self, path: str) -> bytes:
-        """The report as JSON, see spec/schema/report.schema.json."""
-        return strict_json.dumps(
+    def to_json(self, path: str) -> str:
+        """The report as JSON in ASCII, see spec/schema/report.schema.json."""
+        return strict_json.shown(
             {
                 "path": plain(path),
                 "valid": self.valid,

@@ -47,6 +47,11 @@ def dumps(value: Any) -> bytes:
     return (json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False) + "\n").encode()
 
 
+def shown(value: Any) -> str:
+    """The same in ASCII, for terminals of any encoding: what a file says cannot steer one."""
+    return json.dumps(value, indent=2, ensure_ascii=True, allow_nan=False)
+
+
 def _decode(data: bytes, where: str) -> str:
     try:
         text = data.decode()

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import json
-
+from purelight_format import strict_json
 from purelight_format.conformance.flags import FLAGS
 from purelight_format.conformance.results import OUTCOMES, Report
 
@@ -55,4 +54,4 @@ def to_json(report: Report) -> str:
             for f in report.failures[:LISTED]
         ],
     }
-    return json.dumps(value, ensure_ascii=False, indent=1)
+    return strict_json.shown(value)

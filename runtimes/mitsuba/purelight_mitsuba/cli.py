@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import sys
 import warnings
 from collections.abc import Sequence
 from pathlib import Path
@@ -86,7 +85,7 @@ def _render(arguments: argparse.Namespace) -> int:
             scene, arguments.mode, arguments.engine, light_groups=arguments.light_groups or None
         )
     if integrator.prepare(scene).media:
-        _warn(integrator.prepare(scene).media)
+        command.warn(COMMAND, integrator.prepare(scene).media)
     spp = arguments.spp or scene.sensors()[0].sampler().sample_count()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", SpoiltWarning)
@@ -99,7 +98,7 @@ def _render(arguments: argparse.Namespace) -> int:
     preview = arguments.output.with_suffix(".png")
     atomic.write_bytes(preview, png(image))
     if integrator.spoilt:
-        _warn(integrator.spoilt_message())
+        command.warn(COMMAND, integrator.spoilt_message())
     print(f"{arguments.output}, {preview}: {spp} samples per pixel, {integrator.mode}")
     return 0
 
@@ -113,9 +112,5 @@ def _load(arguments: argparse.Namespace) -> Any:
         return load_scene(arguments.scene)
     loaded = load_usd(arguments.scene, view=arguments.camera, frame=arguments.frame)
     for note in loaded.notes:
-        _warn(note)
+        command.warn(COMMAND, note)
     return loaded.scene
-
-
-def _warn(text: str) -> None:
-    print(f"{COMMAND}: warning: {text}", file=sys.stderr)

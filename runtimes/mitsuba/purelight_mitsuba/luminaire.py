@@ -83,9 +83,11 @@ class Luminaire:
         """Returns a network of the bundle in ONNX Runtime, on as many threads as Dr.Jit has."""
         key = (name, dr.thread_count())
         if key not in self._sessions:
-            model = self._bundle.read(self._bundle.manifest.networks[name].member)
-            title = f"{self.path}: {name}"
-            session = Session(model, name=title, threads=max(1, dr.thread_count()))
+            info, title = self._bundle.manifest.networks[name], f"{self.path}: {name}"
+            session = Session(
+                self._bundle.read(info.member), name=title, threads=max(1, dr.thread_count()),
+                floats=info.floats_per_sample,
+            )  # fmt: skip
             if self.check_vectors:
                 check(session, self._bundle.vectors(name))
             self._sessions[key] = session

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 import os
+import warnings
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -15,7 +16,7 @@ from purelight_format.errors import PureLightError
 from purelight_onnx.camera import Camera
 from purelight_onnx.luminaire import Luminaire
 from purelight_onnx.picture import png, write_exr
-from purelight_onnx.viewer import render
+from purelight_onnx.viewer import SpoiltWarning, render
 
 COMMAND = "purelight-view"
 
@@ -44,11 +45,17 @@ def view(options: argparse.Namespace) -> int:
         lens=options.lens,
     )
     total = options.spp * options.size**2
-    with tqdm(total=total, unit="ray", unit_scale=True, desc="view", delay=1) as bar:
+    with (
+        tqdm(total=total, unit="ray", unit_scale=True, desc="view", delay=1) as bar,
+        warnings.catch_warnings(record=True) as told,
+    ):
+        warnings.simplefilter("always", SpoiltWarning)
         image = render(
             luminaire, camera, samples=options.spp, background=options.background,
             seed=options.seed, progress=bar.update,
         )  # fmt: skip
+    for warning in told:
+        command.warn(COMMAND, str(warning.message))
     write_exr(options.output, image, half=options.half)
     atomic.write_bytes(options.output.with_suffix(".png"), png(image, options.exposure))
     return 0

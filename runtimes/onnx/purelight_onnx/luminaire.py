@@ -122,8 +122,9 @@ class Luminaire:
             raise PureLightError(
                 f"{self.bundle.path}: no {name} network in this bundle; export it with --networks"
             )
-        model = self.bundle.read(self.manifest.networks[name].member)
-        session = Session(model, name=f"{self.bundle.path}: {name}", threads=self.threads)
+        info, title = self.manifest.networks[name], f"{self.bundle.path}: {name}"
+        model, floats = self.bundle.read(info.member), info.floats_per_sample
+        session = Session(model, name=title, threads=self.threads, floats=floats)
         if self.check_vectors:
             check(session, self.bundle.vectors(name))
         return session

@@ -12,6 +12,7 @@ from purelight_format.errors import PureLightError
 
 Arrays = dict[str, np.ndarray]
 
+MEMORY = 64 << 20  # Bytes of activations in one chunk.
 DTYPES = {"tensor(float)": np.float32, "tensor(int32)": np.int32, "tensor(int64)": np.int64}
 
 
@@ -25,18 +26,27 @@ class Session:
         model: The bytes of an ONNX network whose tensors all have the row as first axis.
         name: What to call the network in errors.
         threads: How many chunks are evaluated at the same time.
-        chunk: The rows of one chunk.
+        chunk: The rows of one chunk, at most.
+        floats: Elements of all intermediates for one row, if they are known; a chunk has fewer rows
+            where they would take more than `MEMORY`.
 
     Raises:
         PureLightError: If ONNX Runtime refuses the network.
     """
 
     def __init__(
-        self, model: bytes, *, name: str = "network", threads: int = 1, chunk: int = 1024
+        self,
+        model: bytes,
+        *,
+        name: str = "network",
+        threads: int = 1,
+        chunk: int = 1024,
+        floats: int = 0,
     ) -> None:
         if threads < 1 or chunk < 1:
             raise PureLightError(f"{name}: threads and chunk must be at least 1")
-        self.name, self.chunk, self.threads = name, chunk, threads
+        self.name, self.threads = name, threads
+        self.chunk = max(1, min(chunk, MEMORY // max(8 * floats, 1)))  # An int64 has eight bytes.
         self._session = _open(model, name)
         self._inputs = {i.name: (DTYPES[i.type], i.shape[1:]) for i in self._session.get_inputs()}
         self._outputs = {o.name: (DTYPES[o.type], o.shape[1:]) for o in self._session.get_outputs()}
@@ -51,7 +61,8 @@ class Session:
             One array per output of the network, shapes [N, ...].
 
         Raises:
-            PureLightError: If an input is missing, or its shape is not the network's.
+            PureLightError: If an input is missing, or its shape is not the network's, or ONNX
+                Runtime cannot evaluate it.
         """
         feed = self._checked(inputs)
         rows = len(next(iter(feed.values())))
@@ -59,9 +70,7 @@ class Session:
 
         def run(start: int) -> None:
             part = {name: array[start : start + self.chunk] for name, array in feed.items()}
-            for array, value in zip(
-                result.values(), self._session.run(list(result), part), strict=True
-            ):
+            for array, value in zip(result.values(), self._run(list(result), part), strict=True):
                 array[start : start + self.chunk] = value
 
         starts = range(0, rows, self.chunk)
@@ -72,6 +81,13 @@ class Session:
             with ThreadPoolExecutor(self.threads) as pool:
                 list(pool.map(run, starts))
         return result
+
+    def _run(self, names: list[str], feed: Arrays) -> list[np.ndarray]:
+        try:
+            values: list[np.ndarray] = self._session.run(names, feed)
+        except Exception as error:  # ONNX Runtime's exceptions share no narrower base class.
+            raise _refusal(self.name, "fails on it", error) from error
+        return values
 
     def _checked(self, inputs: Mapping[str, np.ndarray]) -> Arrays:
         """Returns the inputs as contiguous arrays of the network's own types."""
@@ -101,5 +117,9 @@ def _open(model: bytes, name: str) -> onnxruntime.InferenceSession:
     try:
         return onnxruntime.InferenceSession(model, options, providers=["CPUExecutionProvider"])
     except Exception as error:  # ONNX Runtime's exceptions share no narrower base class.
-        reason = str(error).splitlines()[0][:200]
-        raise PureLightError(f"{name}: ONNX Runtime refuses it: {reason}") from error
+        raise _refusal(name, "refuses it", error) from error
+
+
+def _refusal(name: str, what: str, error: Exception) -> PureLightError:
+    reason = (str(error).splitlines() or [type(error).__name__])[0][:200]
+    return PureLightError(f"{name}: ONNX Runtime {what}: {reason}")

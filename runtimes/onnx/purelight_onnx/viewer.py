@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Sequence
 
 import numpy as np
@@ -11,6 +12,10 @@ from purelight_onnx.exit_surface import ExitSurface
 from purelight_onnx.luminaire import Luminaire
 
 RAYS = 1 << 16
+
+
+class SpoiltWarning(UserWarning):
+    """Answers of networks that were infinite or no number."""
 
 
 def render(
@@ -24,7 +29,8 @@ def render(
 ) -> np.ndarray:
     """Averages `radiance + transmittance * background` over random rays in each pixel.
 
-    Without a transparency network the luminaire is opaque.
+    Without a transparency network the luminaire is opaque. A ray whose answer is infinite or no
+    number counts as dark, and a `SpoiltWarning` says how many there were.
 
     Arguments:
         background: [3] radiance behind the luminaire in W/(m² sr).
@@ -36,12 +42,18 @@ def render(
     surface = ExitSurface(luminaire.bundle.surface(), luminaire.manifest.bounding_sphere)
     behind = np.asarray(background, np.float64)
     rng = np.random.default_rng(seed)
-    image = np.zeros((camera.size**2, 3))
+    image, spoilt = np.zeros((camera.size**2, 3)), 0
     for _ in range(samples):
         for start in range(0, len(image), RAYS):
             pixel = np.arange(start, min(start + RAYS, len(image)))
-            image[pixel] += shade(luminaire, surface, *camera.rays(pixel, rng), behind)
+            light = shade(luminaire, surface, *camera.rays(pixel, rng), behind)
+            good = np.isfinite(light).all(1)
+            image[pixel[good]] += light[good]
+            spoilt += len(pixel) - int(good.sum())
             progress(len(pixel))
+    if spoilt:
+        text = f"{spoilt} answers of networks were infinite or no number; they count as dark"
+        warnings.warn(text, SpoiltWarning, stacklevel=2)
     return (image / samples).reshape(camera.size, camera.size, 3).astype(np.float32)
 
 

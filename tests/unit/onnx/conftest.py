@@ -65,7 +65,10 @@ class FakeBundle:
 
     @property
     def manifest(self) -> SimpleNamespace:
-        infos = {name: SimpleNamespace(member=f"networks/{name}.onnx") for name in self.networks}
+        infos = {
+            name: SimpleNamespace(member=f"networks/{name}.onnx", floats_per_sample=100)
+            for name in self.networks
+        }
         return SimpleNamespace(networks=infos, bounding_sphere=SPHERE)
 
     def read(self, member: str) -> bytes:

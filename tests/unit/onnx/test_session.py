@@ -92,3 +92,30 @@ def test_a_network_of_a_future_opset_is_refused() -> None:
     model.opset_import[0].version = 9999
     with pytest.raises(PureLightError):
         Session(model.SerializeToString())
+
+
+def looking_up(rows: int) -> bytes:
+    """Returns a network that reads a table of some rows at its input, a whole number."""
+    nodes = [helper.make_node("Cast", ["x"], ["i"], to=TensorProto.INT64),
+             helper.make_node("Gather", ["table", "i"], ["y"], name="a\x1b[2Jb")]  # fmt: skip
+    graph = helper.make_graph(
+        nodes, "table",
+        [helper.make_tensor_value_info("x", TensorProto.FLOAT, ["N", 1])],
+        [helper.make_tensor_value_info("y", TensorProto.FLOAT, ["N", 1])],
+        [numpy_helper.from_array(np.arange(rows, dtype=np.float32), "table")],
+    )  # fmt: skip
+    opset = [helper.make_opsetid("", 18)]
+    return helper.make_model(graph, opset_imports=opset, ir_version=10).SerializeToString()
+
+
+def test_a_fault_at_run_time_is_one_line_of_ours() -> None:
+    session = Session(looking_up(4), name="lamp")
+    np.testing.assert_array_equal(session({"x": [[3.0]]})["y"], [[3.0]])
+    with pytest.raises(PureLightError, match=r"lamp: ONNX Runtime fails on it: .*bounds") as caught:
+        session({"x": [[4.0]]})
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(("floats", "chunk"), [(0, 1024), (1000, 1024), (1 << 20, 8), (1 << 30, 1)])
+def test_a_chunk_is_smaller_where_a_row_takes_much(floats: int, chunk: int) -> None:
+    assert Session(doubled_linear(), floats=floats).chunk == chunk

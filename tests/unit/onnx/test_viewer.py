@@ -13,7 +13,7 @@ from purelight_format.surface import Surface
 from purelight_onnx.camera import Camera
 from purelight_onnx.exit_surface import ExitSurface
 from purelight_onnx.luminaire import Luminaire
-from purelight_onnx.viewer import render
+from purelight_onnx.viewer import SpoiltWarning, render
 
 SPHERE = BoundingSphere((0.5, -1.0, 2.0), 0.2)
 CENTRE = np.array(SPHERE.center)
@@ -106,3 +106,23 @@ def test_progress_counts_every_ray(luminaire: Luminaire) -> None:
     render(luminaire, Camera.orbit(SPHERE, size=300), samples=2, progress=done.append)
     assert sum(done) == 2 * 300 * 300
     assert max(done) <= 1 << 16
+
+
+def test_answers_that_are_no_numbers_are_dark_and_told(
+    luminaire: Luminaire, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    camera = Camera.orbit(luminaire.manifest.bounding_sphere, size=16)
+    right = render(luminaire, camera, samples=2)
+    real = luminaire.radiance
+
+    def spoilt(*query: np.ndarray) -> np.ndarray:
+        radiance = real(*query)
+        radiance[::2] = np.nan
+        radiance[1::4] = np.inf
+        return radiance
+
+    monkeypatch.setattr(luminaire, "radiance", spoilt)
+    with pytest.warns(SpoiltWarning, match=r"^\d+ answers"):
+        picture = render(luminaire, camera, samples=2)
+    assert np.isfinite(picture).all()
+    assert 0 < picture.sum() < right.sum()
