@@ -12,6 +12,14 @@ from purelight_format.issues import fail
 FLAGS = os.O_RDONLY | getattr(os, "O_BINARY", 0) | getattr(os, "O_NONBLOCK", 0)
 
 
+def is_file(path: Path) -> bool:
+    """Whether a regular file is there; not where the name is none that a file can have."""
+    try:
+        return path.is_file()
+    except (OSError, ValueError):
+        return False
+
+
 def read_file(path: Path, limit: int) -> bytes:
     """Reads a file, which is opened without waiting: a pipe or a device is never read.
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from purelight_format import usd_layer
 from purelight_format.errors import PureLightError
-from purelight_format.files import read_file
+from purelight_format.files import is_file, read_file
 from purelight_format.issues import FormatError, Issue, issue
 from purelight_format.limits import Limits
 
@@ -23,7 +23,7 @@ class _Neighbours:
         self._folder = folder
 
     def __contains__(self, name: object) -> bool:
-        return isinstance(name, str) and (self._folder / name).is_file()
+        return isinstance(name, str) and is_file(self._folder / name)
 
 
 def check(bundle: Path, digest: str, limits: Limits) -> Iterator[Issue]:
@@ -37,7 +37,7 @@ def check(bundle: Path, digest: str, limits: Limits) -> Iterator[Issue]:
         limits: what is accepted.
     """
     path = bundle.with_suffix(".usda")
-    if path == bundle or not path.is_file():
+    if path == bundle or not is_file(path):
         return
     try:
         data = read_file(path, limits.layer_bytes)

@@ -306,6 +306,11 @@ FAULTS: dict[str, Make] = {
     "PLX_SURFACE_FLUX_CLOSURE": array(FLUX, np.full((10, 3), 0.01)),
     "PLX_USD_NOT_FIRST": lambda content: seal(dict(reversed(content.items()))),
     "PLX_USD_SYNTAX": layer("#usda 1.0", "#usda 2.0"),
+    "PLX_USD_NOT_ALLOWED": layer('upAxis = "Z"', 'upAxis = "Z"\n    permission = "public"'),
+    "PLX_USD_TOO_DEEP": layer(
+        'upAxis = "Z"',
+        'upAxis = "Z"\n    customLayerData = ' + "{ dictionary a = " * 16 + "{}" + "}" * 16,
+    ),
     "PLX_USD_NO_DEFAULT_PRIM": layer("defaultPrim = ", "doc = "),
     "PLX_USD_SCHEMA_MISSING": layer('"PureLightLuminaireAPI", ', ""),
     "PLX_USD_PATH": layer("@./manifest.json@", "@./../../passwd@"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -13,8 +14,11 @@ import numpy as np
 from purelight_format import atomic
 from purelight_format.conformance.flags import FLAGS
 from purelight_format.errors import PureLightError
+from purelight_format.files import read_file
+from purelight_format.issues import FormatError
 
 VERSION = "1.0"
+INDEX_BYTES, SET_BYTES, ROWS = 4 << 20, 64 << 20, 1 << 20  # Twenty times what ours have.
 INDEX = "suite.json"
 NEVER, ALLOWED, REQUIRED = "never", "allowed", "required"  # Whether a host may refuse a set.
 
@@ -136,29 +140,46 @@ def _ranges(rows: list[int]) -> list[list[int]]:
 
 
 def read(folder: Path) -> Suite:
-    """Reads a suite.
+    """Reads a suite, which may come from anyone: nothing outside of its folder is opened.
 
     Raises:
         PureLightError: If there is none, it is of another version, or it is damaged.
     """
     path = folder / INDEX
     try:
-        index = json.loads(path.read_bytes())
+        index = json.loads(read_file(path, INDEX_BYTES))
         if index["version"].split(".")[0] != VERSION.split(".")[0]:
             raise PureLightError(f"{path}: version {index['version']}, this reads {VERSION}")
         sets = tuple(_unpack(entry, _content(folder, entry["file"])) for entry in index["sets"])
-        return Suite(sets, {name: folder / at for name, at in index["bundles"].items()})
-    except OSError as error:
-        raise PureLightError(
-            f"{error.filename}: {error.strerror}; make the suite with purelight-conformance make"
-        ) from error
-    except (ValueError, KeyError, TypeError, AttributeError) as error:
+        return Suite(sets, {name: _inside(folder, at) for name, at in index["bundles"].items()})
+    except FormatError as error:
+        raise PureLightError(f"{path}: {error.issue.message}") from error
+    except (
+        ValueError,
+        KeyError,
+        TypeError,
+        AttributeError,
+        OverflowError,
+        RecursionError,
+    ) as error:
         raise PureLightError(f"{path}: the suite is damaged ({error!r}); make it again") from error
+
+
+def _inside(folder: Path, name: str) -> Path:
+    """A file of the suite.
+
+    Raises:
+        ValueError: It would lie elsewhere.
+    """
+    path = folder / name
+    if not path.resolve().is_relative_to(folder.resolve()):
+        raise ValueError(f"{name[:80]} is not in the suite's folder")
+    return path
 
 
 def _content(folder: Path, file: str) -> bytes:
     """The arrays of a set; sets of the group `reader` have no file."""
-    return (folder / file).read_bytes() if file else b""
+    return read_file(_inside(folder, file), SET_BYTES) if file else b""
 
 
 def _unpack(entry: dict[str, Any], data: bytes) -> VectorSet:
@@ -167,17 +188,24 @@ def _unpack(entry: dict[str, Any], data: bytes) -> VectorSet:
         for kind in ("inputs", "outputs", "tolerances")
     )
     flags = {k: list(_rows(ranges)) for k, ranges in entry["flags"].items()}
+    rows, average = entry["rows"], entry["average"]
+    if not 0 <= (rows or 0) <= ROWS or not 1 <= average <= ROWS:
+        raise ValueError(f"{rows} rows, {average} each")
     return VectorSet(
         entry["id"], entry["group"], entry["operation"], entry["bundle"], inputs, outputs,
-        tolerances, flags, entry["parameters"], entry["refusal"], entry["rows"], entry["average"],
+        tolerances, flags, entry["parameters"], entry["refusal"], rows, average,
     )  # fmt: skip
 
 
 def _array(data: bytes, at: dict[str, Any]) -> np.ndarray:
-    count = int(np.prod(at["shape"]))
+    count = math.prod(at["shape"])
+    if at["dtype"] not in ("<f4", "<f8") or count < 0 or at["offset"] < 0:
+        raise ValueError(f"an array of {at}")
     return np.frombuffer(data, at["dtype"], count, at["offset"]).reshape(at["shape"])
 
 
 def _rows(ranges: list[list[int]]) -> Iterator[int]:
     for first, end in ranges:
+        if not 0 <= first <= end <= ROWS:
+            raise ValueError(f"rows {first} to {end}")
         yield from range(first, end)

@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+import json
+import os
+import shutil
 import sys
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import onnx
@@ -103,7 +108,7 @@ def test_a_file_breaks_the_rule_that_its_set_names_and_no_other(code: str, whole
 
 
 def test_files_are_small_and_break_rules_of_every_kind(whole: Suite) -> None:
-    kinds = {code.anchor.rstrip("0123456789") for code in CODES.values()}
+    kinds = {code.anchor.rstrip("0123456789") for code in CODES.values()} - {"plux.md#v"}
     broken_kinds = {CODES[code].anchor.rstrip("0123456789") for code in broken.FAULTS}
     assert broken_kinds == kinds
     files = [whole.bundles[v.bundle] for v in whole.sets if v.operation == READER]
@@ -175,3 +180,54 @@ def test_what_is_not_finite_is_not_met(value: float) -> None:
     answer = vectors.outputs["disk"].copy()
     answer[0, 1] = value
     assert [f.vector for f in runner.compare(vectors, {"disk": answer}).failures] == ["a/0"]
+
+
+def edited(folder: Path, whole: Suite, tmp_path: Path, change: Callable[[Any], None]) -> Path:
+    """A copy of the suite whose index has been changed."""
+    shutil.copytree(folder, tmp_path / "suite")
+    path = tmp_path / "suite" / suite.INDEX
+    index = json.loads(path.read_text())
+    change(index)
+    path.write_text(json.dumps(index))
+    return tmp_path / "suite"
+
+
+def with_set(**fields: Any) -> Callable[[Any], None]:
+    return lambda index: index["sets"][0].update(fields)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda index: index["bundles"].update(plain="/etc/passwd"), "not in the suite's folder"),
+        (lambda index: index["bundles"].update(plain="../lamp.plux"), "not in the suite's folder"),
+        (lambda index: index["bundles"].update(plain="link/passwd"), "not in the suite's folder"),
+        (with_set(file="/etc/passwd"), "not in the suite's folder"),
+        (with_set(file="fifo"), "not a regular file"),
+        (with_set(file="n\0l"), "damaged"),
+        (with_set(rows=1 << 40), "damaged"),
+        (with_set(average=0), "damaged"),
+        (with_set(flags={"GOLDEN": [[0, 1 << 60]]}), "damaged"),
+        (with_set(inputs={"x": {"dtype": "|O", "shape": [1], "offset": 0}}), "damaged"),
+        (with_set(inputs={"x": {"dtype": "<f4", "shape": [-1], "offset": 0}}), "damaged"),
+        (with_set(inputs={"x": {"dtype": "<f4", "shape": [1 << 62, 4], "offset": 0}}), "damaged"),
+        (lambda index: index.update(sets=[0]), "damaged"),
+    ],
+)
+def test_a_suite_from_a_stranger_reaches_nothing_else(
+    change: Callable[[Any], None], said: str, folder: Path, whole: Suite, tmp_path: Path
+) -> None:
+    path = edited(folder, whole, tmp_path, change)
+    (path / "link").symlink_to("/etc")
+    os.mkfifo(path / "fifo")
+    with pytest.raises(PureLightError, match=said):
+        suite.read(path)
+
+
+def test_a_suite_nested_too_deep_or_too_large_is_refused(tmp_path: Path) -> None:
+    (tmp_path / suite.INDEX).write_text("[" * 100_000)
+    with pytest.raises(PureLightError, match="damaged"):
+        suite.read(tmp_path)
+    (tmp_path / suite.INDEX).write_bytes(b" " * (suite.INDEX_BYTES + 1))
+    with pytest.raises(PureLightError, match="bytes, at most"):
+        suite.read(tmp_path)

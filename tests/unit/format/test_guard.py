@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -11,7 +12,7 @@ import pytest
 from purelight_format import validate as module
 from purelight_format.errors import PureLightError
 from purelight_format.validate import Examination, examine, validate
-from tests.assets import lamp
+from tests.assets import bad, lamp
 
 STAGES = ("_container", "_manifest", "_digests", "_layer", "_members", "_networks", "_surface",
           "_vectors", "_values")  # fmt: skip
@@ -56,3 +57,16 @@ def test_warnings_as_errors_change_no_verdict(monkeypatch: pytest.MonkeyPatch) -
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert validate(lamp.seal(lamp.good())).valid
+
+
+def test_names_too_long_for_a_layer_beside_change_no_verdict(tmp_path: Path) -> None:
+    path = tmp_path / f"{'l' * 250}.plux"  # 255 bytes; that of the layer has as many.
+    path.write_bytes(lamp.seal_as_written())
+    assert validate(path).valid
+    beside = tmp_path / "lamp.plux"
+    beside.write_bytes(path.read_bytes())
+    layer = bad.side_text().replace("@./lamp.usda@", f"@./{'x' * 1000}@")
+    beside.with_suffix(".usda").write_text(layer)
+    report = validate(beside)
+    assert report.valid
+    assert {issue.code.name for issue in report.issues} == {"PLX_SIDE_LAYER_INVALID"}
