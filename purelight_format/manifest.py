@@ -14,7 +14,8 @@ from purelight_format.manifest_reader import Reader
 from purelight_format.members import MANIFEST
 
 FORMAT_VERSION = "1.0"
-LARGEST = 1e6  # Metres, and radii.
+SMALLEST, LARGEST = 1e-6, 1e6  # Metres, and the latter radii.
+FAINTEST = 1e-30  # Watts, and W/(m² sr); float32 has nothing below 1e-38.
 UNITS = {
     "length": "m",
     "flux": "W",
@@ -215,14 +216,19 @@ def _read_network(reader: Reader) -> NetworkInfo:
 def _require_sense(manifest: Manifest, reader: Reader) -> None:
     """Physical sense of the values, rules m6 to m9."""
     sphere = manifest.bounding_sphere
-    if not 0 < sphere.radius <= LARGEST or max(map(abs, sphere.center)) > LARGEST:
+    if not SMALLEST <= sphere.radius <= LARGEST or max(map(abs, sphere.center)) > LARGEST:
         reader.add("PLX_MANIFEST_SPHERE_INVALID", "bounding_sphere")
     channels = zip(manifest.flux, manifest.channels, strict=True)
-    if any(flux < 0 or (flux > 0) != present for flux, present in channels):
+    if any(not _bright(flux) if present else flux != 0 for flux, present in channels):
         reader.add("PLX_MANIFEST_FLUX_INVALID", "flux")
     if not any(manifest.channels):
         reader.add("PLX_MANIFEST_DARK", "channels")
-    if not manifest.radiance_scale > 0:
+    if not _bright(manifest.radiance_scale):
         reader.add("PLX_MANIFEST_SCALE_INVALID", "radiance_scale")
     if not 1 < manifest.r_max <= LARGEST:
         reader.add("PLX_MANIFEST_RMAX_INVALID", "r_max")
+
+
+def _bright(value: float) -> bool:
+    """Whether a quantity of light is far from what float32 cannot hold, or holds as zero."""
+    return FAINTEST <= value <= 1 / FAINTEST

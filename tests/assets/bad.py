@@ -224,6 +224,11 @@ asset("PLX_MANIFEST_SPHERE_INVALID")(lambda: edited("bounding_sphere/center", [1
 asset("PLX_MANIFEST_FLUX_INVALID")(lambda: edited("flux", [4, 2, -1]))
 asset("PLX_MANIFEST_FLUX_INVALID")(lambda: edited("channels", [True, True, False]))
 asset("PLX_MANIFEST_SCALE_INVALID")(lambda: edited("radiance_scale", 0))
+for _tiny in (5e-324, 1e-39):  # Zero in float32, or where denormals are flushed.
+    asset("PLX_MANIFEST_SPHERE_INVALID")(lambda x=_tiny: edited("bounding_sphere/radius", x))
+    asset("PLX_MANIFEST_FLUX_INVALID")(lambda x=_tiny: edited("flux", [4, x, 1]))
+    asset("PLX_MANIFEST_SCALE_INVALID")(lambda x=_tiny: edited("radiance_scale", x))
+asset("PLX_MANIFEST_FLUX_INVALID")(lambda: edited("flux", [1e39, 2, 1]))
 asset("PLX_MANIFEST_RMAX_INVALID")(lambda: edited("r_max", 1))
 asset("PLX_MANIFEST_NETWORK_MISSING")(lambda: edited("networks", {}))
 asset("PLX_MANIFEST_NETWORK_MISSING")(lambda: without_network("sampler_pdf"))

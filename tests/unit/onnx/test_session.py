@@ -119,3 +119,25 @@ def test_a_fault_at_run_time_is_one_line_of_ours() -> None:
 @pytest.mark.parametrize(("floats", "chunk"), [(0, 1024), (1000, 1024), (1 << 20, 8), (1 << 30, 1)])
 def test_a_chunk_is_smaller_where_a_row_takes_much(floats: int, chunk: int) -> None:
     assert Session(doubled_linear(), floats=floats).chunk == chunk
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_denormals_are_zero_inside_and_untouched_outside(threads: int) -> None:
+    session = Session(doubled_linear(), threads=threads, chunk=2)
+    tiny = np.full((64, 3), 1e-39, np.float32)
+    assert (session({"x": tiny})["y"] == 1).all()
+    product = Session(_product(), threads=threads, chunk=2)({"x": np.full((64, 3), 1e-30)})["y"]
+    assert (product == 0).all()
+    assert np.float32(1e-30) * np.float32(1e-10) > 0
+
+
+def _product() -> bytes:
+    """Returns a network y = 1e-10 x."""
+    graph = helper.make_graph(
+        [helper.make_node("Mul", ["x", "c"], ["y"])], "product",
+        [helper.make_tensor_value_info("x", TensorProto.FLOAT, ["N", 3])],
+        [helper.make_tensor_value_info("y", TensorProto.FLOAT, ["N", 3])],
+        [numpy_helper.from_array(np.float32(1e-10), "c")],
+    )  # fmt: skip
+    opset = [helper.make_opsetid("", 18)]
+    return helper.make_model(graph, opset_imports=opset, ir_version=10).SerializeToString()
