@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from purelight_format import denormals
 from purelight_format.errors import PureLightError
 from purelight_format.onnx_operators import TYPES, Tensor
 from purelight_format.onnx_profile import foretell
@@ -56,7 +57,7 @@ def _evaluate(
     values, rows = constants | inputs, len(next(iter(inputs.values())))
     wanted = {value.name for value in graph.output}
     last = {name: k for k, node in enumerate(graph.node) for name in (*node.output, *node.input)}
-    with np.errstate(all="ignore"):
+    with np.errstate(all="ignore"), denormals.flushed():
         for k, node in enumerate(graph.node):
             results = _run(node, [values[name] if name else None for name in node.input], dtype)
             for name, result in zip(node.output, results, strict=True):

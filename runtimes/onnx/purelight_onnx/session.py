@@ -8,15 +8,11 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import onnxruntime
 
+from purelight_format import denormals
 from purelight_format.errors import PureLightError
 
 Arrays = dict[str, np.ndarray]
 
-# y = x of shape [N], opset 18
-IDENTITY = bytes.fromhex(
-    "080a3a390a100a017812017922084964656e746974791201695a100a0178120b0a09080112050a03"
-    "12014e62100a0179120b0a09080112050a0312014e42040a001012"
-)
 MEMORY = 64 << 20  # Bytes of activations in one chunk.
 DTYPES = {"tensor(float)": np.float32, "tensor(int32)": np.int32, "tensor(int64)": np.int64}
 
@@ -25,7 +21,8 @@ class Session:
     """Evaluates a network in chunks of rows, one chunk per thread.
 
     A chunk of about 1,024 rows keeps the activations in the cache and the memory constant; a chunk
-    runs on one thread, because two chunks on two threads are faster than one chunk on two.
+    runs on one thread, because two chunks on two threads are faster than one chunk on two. Denormal
+    numbers count as zero in these threads, and the caller's are left as they are.
 
     Arguments:
         model: The bytes of an ONNX network whose tensors all have the row as first axis.
@@ -52,8 +49,8 @@ class Session:
             raise PureLightError(f"{name}: threads and chunk must be at least 1")
         self.name, self.threads = name, threads
         self.chunk = max(1, min(chunk, MEMORY // max(8 * floats, 1)))  # An int64 has eight bytes.
-        self._session = _open(model, _options(), name)
-        self._pool = ThreadPoolExecutor(threads, "purelight", _flush_denormals)
+        self._session = _open(model, name)
+        self._pool = ThreadPoolExecutor(threads, "purelight", denormals.flush)
         self._inputs = {i.name: (DTYPES[i.type], i.shape[1:]) for i in self._session.get_inputs()}
         self._outputs = {o.name: (DTYPES[o.type], o.shape[1:]) for o in self._session.get_outputs()}
 
@@ -106,30 +103,14 @@ class Session:
         return feed
 
 
-def _options() -> onnxruntime.SessionOptions:
+def _open(model: bytes, name: str) -> onnxruntime.InferenceSession:
+    """Opens a network from memory, so that nothing but these bytes is ever read."""
     options = onnxruntime.SessionOptions()
     options.intra_op_num_threads = 1
     options.inter_op_num_threads = 1
     options.log_severity_level = 3
     options.add_session_config_entry("session.load_model_format", "ONNX")
     options.add_session_config_entry("session.intra_op.allow_spinning", "0")
-    return options
-
-
-def _flush_denormals() -> None:
-    """Lets numbers below 1e-38 count as zero in this thread; they take a hundred times as long.
-
-    ONNX Runtime sets the mode of the thread that opens a session; the caller's own is left.
-    """
-    options = _options()
-    options.add_session_config_entry("session.set_denormal_as_zero", "1")
-    _open(IDENTITY, options, "identity")
-
-
-def _open(
-    model: bytes, options: onnxruntime.SessionOptions, name: str
-) -> onnxruntime.InferenceSession:
-    """Opens a network from memory, so that nothing but these bytes is ever read."""
     try:
         return onnxruntime.InferenceSession(model, options, providers=["CPUExecutionProvider"])
     except Exception as error:  # ONNX Runtime's exceptions share no narrower base class.
