@@ -55,7 +55,7 @@ def _evaluate(
     foretold: Mapping[str, Tensor],
 ) -> dict[str, Array]:
     values, rows = constants | inputs, len(next(iter(inputs.values())))
-    wanted = {value.name for value in graph.output}
+    wanted = [value.name for value in graph.output]
     last = {name: k for k, node in enumerate(graph.node) for name in (*node.output, *node.input)}
     with np.errstate(all="ignore"), denormals.flushed():
         for k, node in enumerate(graph.node):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
@@ -9,7 +11,10 @@ from hypothesis import strategies as st
 from purelight_format import container
 from tests.fuzz import targets
 
-PART = st.from_regex(r"[a-z0-9_-][a-z0-9_.-]{0,8}", fullmatch=True)
+DEVICE = re.compile(r"(aux|con|nul|prn|com\d|lpt\d)(\.|$)")
+PART = st.from_regex(r"[a-z0-9_]([a-z0-9_.-]{0,7}[a-z0-9_-])?", fullmatch=True).filter(
+    lambda part: not DEVICE.match(part)
+)
 NAME = st.lists(PART, min_size=1, max_size=4).map("/".join)
 MEMBERS = st.dictionaries(NAME, st.binary(max_size=200), max_size=6)
 

@@ -97,7 +97,8 @@ def test_route_photons(run: Path, lamp: Path, tmp_path: Path) -> None:
     opened = RunDirectory.open(tmp_path)
     assert opened.config["route"] == "photons"
     assert list(opened.networks().student.anchors) == ["straight", "refracted"]
-    assert set(metrics["losses"]) == {"student", "transparency", "sampler", "fast_map"}
+    trained = {"student", "transparency", "pilot", "sampler", "fast_map"}
+    assert set(metrics["losses"]) == trained
     np.testing.assert_allclose(metrics["student_flux"], metrics["flux"], rtol=0.02)
     np.testing.assert_allclose(metrics["flux_gain"], 1, atol=0.05)
     taught = json.loads((run / "metrics.json").read_text())
