@@ -1,4 +1,4 @@
-"""Numbers below 1e-38 as zero: some processors take a hundred times as long for them.
+"""Numbers below 1e-38 as zero: some processors take many times as long for them.
 
 A processor's mode belongs to a thread, and Python has no word for it. The C library has: here its
 floating-point environment is read, changed and written back. ARM processors need nothing of this.

@@ -38,7 +38,7 @@ class Limits:
         vectors: golden vectors per network.
         layer_bytes: the USD layer holds the exit mesh as text.
         layer_words, layer_depth: words, numbers, quotations, paths and brackets of the layer, but
-            for numbers in brackets; nested prims and dictionaries. Ours has 250 and 2.
+            for numbers in brackets; nested prims and dictionaries. Ours has about 200 and 2.
         picture_bytes: preview and photometry are for people, not for textures.
         picture_pixels: width and height of the preview; a PNG of a few kB may unpack to gigabytes.
         issues: errors, and warnings, of a report; the first ones tell what is wrong.

@@ -41,6 +41,7 @@ PROPERTY_FIELDS = frozenset(
      "elementSize", "hidden", "interpolation"])  # fmt: skip
 COMPOSING = ("subLayers", "references", "payload", "inherits", "specializes", "variant", "clips",
              "relocates", "expressionVariables", "colorConfiguration")  # fmt: skip
+SPECIAL = {"asset": "path", "rel": "target", "dictionary": "dictionary"}  # Values by type.
 SPECIFIERS = ("def", "over", "class")
 
 SPACE = re.compile(rb"(?:[ \t\n]+|#[^\n]*)*")
@@ -82,14 +83,10 @@ class Property:
     """An attribute, a relationship, an entry of a dictionary, or a field of metadata.
 
     Arguments:
-        kind: its type, `rel`, or how a field edits a list; empty for other fields.
-        place: byte offset of its name.
-        value, metadata: of a property, if there are any.
+        value, metadata: if there are any.
     """
 
-    kind: str
     name: str
-    place: int
     value: Value | None = None
     metadata: tuple[Property, ...] = ()
 
@@ -204,13 +201,16 @@ class _Reader:
         prim = Prim()
         if self._accept("("):
             prim.metadata.extend(self._metadata(LAYER_FIELDS))
-        while self.kind:
-            prim.children.append(self._prim(self._take("word", "a prim")))
+        while self._accept(*SPECIFIERS):
+            prim.children.append(self._prim())
+        if self.kind == "word":
+            self._refuse(self.text, self.place)
+        if self.kind:
+            self._broken("expected a prim")
         return prim
 
-    def _prim(self, specifier: str) -> Prim:
-        if specifier not in SPECIFIERS:
-            self._refuse(specifier, self.place)
+    def _prim(self) -> Prim:
+        """What follows def, over or class."""
         if self.kind == "word":
             self._step()  # The prim's type; unknown ones mean nothing.
         name = self._take("text", "the name of a prim")[1:-1]
@@ -233,8 +233,8 @@ class _Reader:
 
     def _statement(self, prim: Prim) -> None:
         """A prim or a property."""
-        if specifier := self._accept(*SPECIFIERS):
-            prim.children.append(self._prim(specifier))
+        if self._accept(*SPECIFIERS):
+            prim.children.append(self._prim())
         elif not self._accept(";"):
             prim.properties.append(self._property())
 
@@ -252,7 +252,7 @@ class _Reader:
             kind = "rel"
         value = self._value(kind) if self._accept("=") else None
         metadata = self._metadata(PROPERTY_FIELDS) if self._accept("(") else ()
-        return Property(kind, name, place, value, tuple(metadata))
+        return Property(name, value, tuple(metadata))
 
     def _type(self, word: str, place: int) -> str:
         if word not in TYPES:
@@ -269,12 +269,12 @@ class _Reader:
                 if self.kind == "text":
                     self._step()  # A comment.
                 continue
-            edit = self._accept("prepend", "append", "add")
+            self._accept("prepend", "append", "add")
             place, name = self.place, self._take("word", "a field of metadata")
             if name not in fields:
                 self._refuse(name, place)
             self._require("=")
-            yield Property(edit, name, place, self._value(""))
+            yield Property(name, self._value(""))
 
     def _dictionary(self) -> Value:
         self._enter()
@@ -284,10 +284,10 @@ class _Reader:
                 continue
             place, kind = self.place, self._take("word", "a type")
             kind = kind if kind == "dictionary" else self._type(kind, place)
-            place, name = self.place, self.text
+            name = self.text
             self._take(self.kind if self.kind in ("word", "text") else "word", "a key")
             self._require("=")
-            entries.append(Property(kind, name, place, self._value(kind)))
+            entries.append(Property(name, self._value(kind)))
         self._level -= 1
         return Value("dictionary", entries=tuple(entries))
 
@@ -296,16 +296,16 @@ class _Reader:
     def _value(self, kind: str) -> Value:
         """A value for a type, `rel` or `dictionary`; of any kind for a field of metadata."""
         place, value = self.place, self._any_value()
-        wanted = {"asset": "path", "rel": "target", "dictionary": "dictionary"}.get(kind, "")
+        wanted = SPECIAL.get(kind, "")
+        found = value.kind if value.kind in SPECIAL.values() else ""
+        if found == wanted or (not kind and found != "path"):
+            return value
         if value.kind == "none" and kind != "dictionary":
             return value
-        if "path" in (wanted, value.kind) and wanted != value.kind:
+        if "path" in (found, wanted):
             where, path = f"{self._name}:byte {place}", (*value.items, value.kind)[0]
             fail("PLX_USD_PATH", where, path=path[:200])
-        plain = value.kind not in ("target", "dictionary")
-        if value.kind != wanted and not (plain and not wanted) and kind:
-            self._broken(f"the value of {kind} may not be a {value.kind}")
-        return value
+        return self._broken(f"the value of {kind} may not be a {value.kind}")
 
     def _any_value(self) -> Value:
         if self._accept("{"):

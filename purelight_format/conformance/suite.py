@@ -14,12 +14,13 @@ import numpy as np
 from purelight_format import atomic
 from purelight_format.conformance.flags import FLAGS
 from purelight_format.errors import PureLightError
-from purelight_format.files import read_file
+from purelight_format.files import is_file, read_file
 from purelight_format.issues import FormatError
 
 VERSION = "1.0"
-INDEX_BYTES, SET_BYTES, ROWS = 4 << 20, 64 << 20, 1 << 20  # Twenty times what ours have.
+INDEX_BYTES, SET_BYTES, ROWS = 4 << 20, 64 << 20, 1 << 20  # Ours has less than a tenth.
 INDEX = "suite.json"
+DAMAGE = (ValueError, KeyError, TypeError, AttributeError, OverflowError, RecursionError)
 NEVER, ALLOWED, REQUIRED = "never", "allowed", "required"  # Whether a host may refuse a set.
 
 Arrays = dict[str, np.ndarray]
@@ -146,6 +147,10 @@ def read(folder: Path) -> Suite:
         PureLightError: If there is none, it is of another version, or it is damaged.
     """
     path = folder / INDEX
+    if not is_file(path):
+        raise PureLightError(
+            f"{path}: no such file; make the suite with purelight-conformance make"
+        )
     try:
         index = json.loads(read_file(path, INDEX_BYTES))
         if index["version"].split(".")[0] != VERSION.split(".")[0]:
@@ -154,14 +159,7 @@ def read(folder: Path) -> Suite:
         return Suite(sets, {name: _inside(folder, at) for name, at in index["bundles"].items()})
     except FormatError as error:
         raise PureLightError(f"{path}: {error.issue.message}") from error
-    except (
-        ValueError,
-        KeyError,
-        TypeError,
-        AttributeError,
-        OverflowError,
-        RecursionError,
-    ) as error:
+    except DAMAGE as error:
         raise PureLightError(f"{path}: the suite is damaged ({error!r}); make it again") from error
 
 

@@ -18,8 +18,6 @@ NUMBERS = {FLOAT: TensorProto.FLOAT, INT32: TensorProto.INT32, INT64: TensorProt
 SIZES = (1, 1, 2, 3, 4, 7)
 VALUES = (0, 1, 2, 3, -1, -2, 5, 2**31 - 1, -(2**31), 2**62)
 NODES = 12
-ONE = ("Abs", "Asin", "Atan", "Cos", "Exp", "Floor", "Identity", "Log", "Neg", "Not", "Reciprocal",
-       "Relu", "Sigmoid", "Sign", "Sin", "Sqrt")  # fmt: skip
 
 
 class Graph:
@@ -104,7 +102,7 @@ class Graph:
         special: Callable[[str], None] | None = getattr(self, f"_{op.lower()}_node", None)
         if special:
             special(op)
-        elif op in ONE:
+        elif OPERATORS[op].most == 1:
             name, dtype, shape = self._any(BOOL if op == "Not" else None)
             self._append(op, [name], [(dtype, shape)])
         else:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from purelight_format import atomic, command
-from purelight_format.errors import PureLightError
+from purelight_format.errors import PureLightError, SpoiltWarning
 from purelight_mitsuba import platform
 
 COMMAND = "purelight-render"
@@ -72,7 +72,6 @@ def _render(arguments: argparse.Namespace) -> int:
     mi.set_log_level(mi.LogLevel.Error)
 
     from purelight_mitsuba import first_hit, passes
-    from purelight_mitsuba.integrator import SpoiltWarning
     from purelight_mitsuba.media import MediaWarning
     from purelight_onnx.picture import png, write_exr
 
@@ -98,7 +97,7 @@ def _render(arguments: argparse.Namespace) -> int:
     preview = arguments.output.with_suffix(".png")
     atomic.write_bytes(preview, png(image))
     if integrator.spoilt:
-        command.warn(COMMAND, integrator.spoilt_message())
+        command.warn(COMMAND, str(SpoiltWarning(integrator.spoilt)))
     print(f"{arguments.output}, {preview}: {spp} samples per pixel, {integrator.mode}")
     return 0
 

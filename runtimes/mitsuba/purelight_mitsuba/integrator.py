@@ -10,7 +10,7 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-from purelight_format.errors import PureLightError
+from purelight_format.errors import PureLightError, SpoiltWarning
 from purelight_mitsuba.film_passes import accumulate, sample_counts
 from purelight_mitsuba.paths import Limits, Path, PathTracer
 from purelight_mitsuba.scene_parts import SceneParts, Settings, prepare
@@ -18,10 +18,6 @@ from purelight_mitsuba.scene_parts import SceneParts, Settings, prepare
 MODES = ("accurate", "fast")
 ENGINES = ("auto", "fused", "queued")
 LANES = 1 << 21  # Of one pass of the engine `queued`; about 200 bytes each.
-
-
-class SpoiltWarning(UserWarning):
-    """Networks gave answers that are infinite or no number."""
 
 
 class PureLightIntegrator(mi.SamplingIntegrator):
@@ -89,10 +85,7 @@ class PureLightIntegrator(mi.SamplingIntegrator):
         self.spoilt += int(self._spoilt.numpy()[0])
         self._spoilt = dr.zeros(mi.UInt32)
         if self.spoilt > before:
-            warnings.warn(self.spoilt_message(), SpoiltWarning, stacklevel=3)
-
-    def spoilt_message(self) -> str:
-        return f"{self.spoilt} answers of networks were infinite or no number; they count as dark"
+            warnings.warn(SpoiltWarning(self.spoilt), stacklevel=3)
 
     def aov_names(self) -> list[str]:
         groups = self._parts.groups if self._parts else []

@@ -7,15 +7,12 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from purelight_format.errors import SpoiltWarning
 from purelight_onnx.camera import Camera
 from purelight_onnx.exit_surface import ExitSurface
 from purelight_onnx.luminaire import Luminaire
 
 RAYS = 1 << 16
-
-
-class SpoiltWarning(UserWarning):
-    """Answers of networks that were infinite or no number."""
 
 
 def render(
@@ -52,8 +49,7 @@ def render(
             spoilt += len(pixel) - int(good.sum())
             progress(len(pixel))
     if spoilt:
-        text = f"{spoilt} answers of networks were infinite or no number; they count as dark"
-        warnings.warn(text, SpoiltWarning, stacklevel=2)
+        warnings.warn(SpoiltWarning(spoilt), stacklevel=2)
     return (image / samples).reshape(camera.size, camera.size, 3).astype(np.float32)
 
 

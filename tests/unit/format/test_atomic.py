@@ -205,6 +205,17 @@ def test_permissions_are_the_old_ones_or_those_of_any_new_file(tmp_path: Path) -
 
 
 @POSIX
+def test_a_draft_of_a_private_file_is_private(tmp_path: Path) -> None:
+    path = tmp_path / "file"
+    path.write_bytes(OLD)
+    path.chmod(0o600)
+    with atomic.replace_file(path) as draft:
+        assert os.stat(draft.name).st_mode & 0o777 == 0o600
+        draft.write(NEW)
+    assert path.stat().st_mode & 0o777 == 0o600
+
+
+@POSIX
 def test_a_file_that_is_still_mapped_keeps_its_bytes(tmp_path: Path) -> None:
     import mmap
 

@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from purelight_format.errors import PureLightError
+from purelight_format.errors import PureLightError, SpoiltWarning
 from purelight_format.geometry import BoundingSphere
 from purelight_format.surface import Surface
 from purelight_onnx.camera import Camera
 from purelight_onnx.exit_surface import ExitSurface
 from purelight_onnx.luminaire import Luminaire
-from purelight_onnx.viewer import SpoiltWarning, render
+from purelight_onnx.viewer import render
 
 SPHERE = BoundingSphere((0.5, -1.0, 2.0), 0.2)
 CENTRE = np.array(SPHERE.center)

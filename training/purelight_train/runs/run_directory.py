@@ -6,7 +6,7 @@ description.json            sphere, flux, radiance scale, channels (`description
 surface.npz                 positions [V,3], triangles [T,3], triangle_flux [T,3] in W
 escaped.npz                 direction [M,3], weight [M,3]: a random part of the exit records,
                             scaled so that the weights sum to the flux
-networks/NAME.safetensors   teacher, student, transparency, sampler, fast_map when finished;
+networks/NAME.safetensors   teacher, student, transparency, pilot, sampler, fast_map when finished;
                             no teacher on the route `photons`, no transparency of opaque lamps
 checkpoints/                unfinished stages
 metrics.json  previews/     figures and pictures
