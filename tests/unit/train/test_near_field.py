@@ -170,3 +170,19 @@ def test_deep_shade_has_an_inside(mitsuba: Any) -> None:
     height = surface.positions[surface.triangles].mean(1)[:, 2]
     assert surface.two_sided[height < 41].all()
     assert not surface.two_sided[height > 41].any()
+
+
+def test_bulb_deep_in_a_shade_has_no_holes(mitsuba: Any) -> None:
+    """Few rays from outside meet it; whoever looks up the tube must never see it from behind."""
+    from purelight_train.light.exit_surface import inward_rays, visible_part
+    from purelight_train.light.luminaire import scene_triangles
+
+    tube = mitsuba.load_dict({"type": "cylinder", "p0": [0, 0, 0], "p1": [0, 0, 9], "radius": 1})
+    bulb = mitsuba.load_dict({"type": "sphere", "center": [0, 0, 4], "radius": 0.7})
+    scene = mitsuba.load_dict({"type": "scene", "tube": tube, "bulb": bulb})
+    surface = visible_part(*scene_triangles(scene), 1 << 12, np.random.default_rng(0))
+    rays = inward_rays(surface.sphere, 1 << 21, np.random.default_rng(1), cosine=True)
+    hits = surface.intersect(*rays)
+    on_bulb = np.linalg.norm(hits.position - [0, 0, 4], axis=1) < 0.8
+    assert on_bulb.sum() > 1000
+    assert hits.front[on_bulb].all()

@@ -21,6 +21,7 @@ RAY_BATCH = 1 << 20
 NEAR = 1e-2  # of the sphere's radius: how far analytic shapes are from their triangles, at most
 CONCAVITY_RAYS, CONVEX = 1 << 16, 1e-4
 SEEN_BACK = 1e-3  # of the rays that meet a sheet, those that meet the side less seen
+LEAVING_RAYS, PER_TRIANGLE = 1 << 22, (16, 256)  # from triangles that no ray from outside met
 
 
 @dataclass(frozen=True)
@@ -247,13 +248,14 @@ def visible_part(
     rays: int,
     rng: np.random.Generator,
 ) -> ExitSurface:
-    """Keep the triangles that rays from outside meet first, and their neighbours.
+    """Keep the triangles that rays from outside meet first, or leave without meeting another.
 
     Triangles without area and copies of others (same corners, either way round) are left out: a
     viewer meets one of the copies, but the light would be spread over all of them.
 
-    Neighbours (triangles that share a vertex with a seen one) close the pinholes that a finite
-    number of rays leaves.
+    A finite number of rays from outside misses what is seen rarely, as a bulb deep in a shade;
+    rays from the missed triangles find it. Neighbours (triangles that share a vertex with a seen
+    one) close the pinholes that are left.
     """
     triangles = _proper(positions, triangles)
     whole = ExitSurface(positions, triangles, np.zeros(len(triangles), bool))
@@ -263,13 +265,17 @@ def visible_part(
         np.bincount(hits.triangle[side], minlength=len(triangles))
         for side in (hits.front, ~hits.front)
     )
+    missed = np.flatnonzero(front + back == 0)
+    leaving = np.stack((front, back))
+    leaving[:, missed] = _leaving(whole, missed, rng)
     _, corner = np.unique(positions, axis=0, return_inverse=True)
     corner = corner.reshape(-1)
     touched = np.zeros(corner.max() + 1, bool)
-    touched[corner[triangles[front + back > 0]]] = True
+    touched[corner[triangles[leaving.any(0)]]] = True
     keep = touched[corner[triangles]].any(1)
     facing_out = triangles.copy()
-    facing_out[back > front] = facing_out[back > front][:, ::-1]
+    turned = leaving[1] > leaving[0]
+    facing_out[turned] = facing_out[turned][:, ::-1]
     # A closed mesh shows its back only through rounding at edges; a sheet shows it often, unless
     # it is deep, but then as a whole
     two_sided = np.minimum(front, back) > 0.02 * (front + back)
@@ -278,6 +284,25 @@ def visible_part(
     normals = None if vertex_normals is None else vertex_normals[used]
     faces = compact.reshape(-1, 3).astype(np.uint32)
     return ExitSurface(positions[used], faces, two_sided[keep], normals)
+
+
+def _leaving(
+    surface: ExitSurface, triangle: NDArray[np.int64], rng: np.random.Generator
+) -> NDArray[np.int64]:
+    """How many rays from triangles [N], as many each, leave from front and back: [2, N]."""
+    if not len(triangle):
+        return np.zeros((2, 0), np.int64)
+    each = int(np.clip(LEAVING_RAYS // (2 * len(triangle)), *PER_TRIANGLE))
+    chosen = np.repeat(triangle, each)
+    result = []
+    for side in (1, -1):
+        normal = (side * surface.outward_normals()[chosen]).astype(np.float32)
+        position = surface.points_of(chosen, rng.random((2, len(chosen))))
+        lifted = position + 1e-5 * surface.sphere.radius * normal
+        free = np.ones(len(chosen), bool)
+        free[surface.intersect(lifted, cosine_directions(normal, rng)).index] = False
+        result.append(free.reshape(-1, each).sum(1))
+    return np.stack(result)
 
 
 def _sheets(
