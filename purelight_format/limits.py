@@ -33,9 +33,12 @@ class Limits:
         sample_floats_sum: elements per sample of all intermediates; bounds time and memory of
             everything that is no matrix product.
         sample_macs: multiply-adds per sample of matrix products; the paper's student has 1.1 M.
+        sample_nanoseconds: work per sample as `onnx_cost` counts it: ten times the paper's student;
+            a picture of 256 by 256 pixels takes about a minute on two cores then.
         array_bytes: an exit surface is a lamp's skin, not a scanned statue: 5 million vertices;
             64 golden maps in float64 take 393 kB.
         vectors: golden vectors per network.
+        golden_milliseconds: work of all golden vectors together, which a validator evaluates.
         layer_bytes: the USD layer holds the exit mesh as text.
         layer_words, layer_depth: words, numbers, quotations, paths and brackets of the layer, but
             for numbers in brackets; nested prims and dictionaries. Ours has about 200 and 2.
@@ -61,8 +64,10 @@ class Limits:
     sample_floats: int = 65_536
     sample_floats_sum: int = 1 << 20
     sample_macs: int = 16_000_000
+    sample_nanoseconds: int = 2_000_000
     array_bytes: int = 64 * MIB
     vectors: int = 1024
+    golden_milliseconds: int = 2000
     layer_bytes: int = 128 * MIB
     layer_words: int = 10_000
     layer_depth: int = 16

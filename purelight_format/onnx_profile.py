@@ -17,6 +17,7 @@ from purelight_format import members
 from purelight_format.errors import PureLightError
 from purelight_format.issues import Issue, fail, issue
 from purelight_format.limits import LIMITS, Limits
+from purelight_format.onnx_cost import nanoseconds, products
 from purelight_format.onnx_operators import FLOAT, OPERATORS, TYPES, Node, Shape, Tensor
 from purelight_format.onnx_wire import require_small_structure
 from purelight_format.vectors import SIGNATURES, Shapes
@@ -39,14 +40,14 @@ class NetworkCost:
     Arguments:
         macs_per_sample: multiply-adds of matrix products.
         floats_per_sample: elements of all intermediates.
-        largest: elements per sample of the largest intermediate.
+        nanoseconds: of one sample on one core, see `onnx_cost`.
         bytes: size of the model.
         warnings: what is unusual but harmless.
     """
 
     macs_per_sample: int
     floats_per_sample: int
-    largest: int
+    nanoseconds: float
     bytes: int
     warnings: tuple[Issue, ...] = ()
 
@@ -98,14 +99,14 @@ def _inspect(proto: Any, network: str, where: str, size: int, limits: Limits) ->
     signature = SIGNATURES[network]
     _require_signature(graph.input, signature.inputs, f"{where}:inputs")
     _require_signature(graph.output, signature.outputs, f"{where}:outputs")
-    values, (macs, floats, largest) = foretell(graph, signature.inputs, where, limits)
+    values, (macs, floats, work) = foretell(graph, signature.inputs, where, limits)
     _require_outputs(values, signature.outputs, where)
-    return NetworkCost(macs, floats, largest, size, tuple(_warnings(proto, where)))
+    return NetworkCost(macs, floats, work, size, tuple(_warnings(proto, where)))
 
 
 def foretell(
     graph: Any, inputs: Mapping[str, Shape], where: str = "", limits: Limits = LIMITS
-) -> tuple[dict[str, Tensor], tuple[int, int, int]]:
+) -> tuple[dict[str, Tensor], tuple[int, int, float]]:
     """Type and shape of every value of a graph, and its cost, from those of its inputs.
 
     Arguments:
@@ -113,7 +114,7 @@ def foretell(
         inputs: sizes of one row of each.
 
     Returns:
-        The values by name; multiply-adds, elements, and those of the largest value, per row.
+        The values by name; multiply-adds, elements and nanoseconds per row.
 
     Raises:
         FormatError: With a PLX_ONNX code.
@@ -239,9 +240,9 @@ def _define(values: dict[str, Tensor], name: str, tensor: Tensor, where: str) ->
 
 def _walk(
     nodes: Any, values: dict[str, Tensor], where: str, limits: Limits
-) -> tuple[int, int, int]:
-    """Gives every value its shape: multiply-adds, floats, largest floats per sample."""
-    macs = floats = largest = 0
+) -> tuple[int, int, float]:
+    """Gives every value its shape: multiply-adds, floats and nanoseconds per sample."""
+    macs, floats, work = 0, 0, 0.0
     for index, proto in enumerate(nodes):
         node = _node(proto, values, f"{where}:node {index}", limits)
         if all(tensor is None or tensor.value is not None for tensor in node.inputs):
@@ -252,10 +253,10 @@ def _walk(
         for name, tensor in zip(proto.output, outputs, strict=True):
             _require_size(tensor, node, limits)
             _define(values, name, tensor, node.where)
-            floats, largest = floats + tensor.size, max(largest, tensor.size)
-        macs += _products(node)
-        _require_cost(node.where, macs, floats, limits)
-    return macs, floats, largest
+            floats += tensor.size
+        macs, work = macs + products(node), work + nanoseconds(node, outputs)
+        _require_cost(node.where, macs, floats, work, limits)
+    return macs, floats, work
 
 
 def _node(proto: Any, values: dict[str, Tensor], where: str, limits: Limits) -> Node:
@@ -312,18 +313,13 @@ def _require_size(tensor: Tensor, node: Node, limits: Limits) -> None:
         _too_costly(node.where, tensor.size, "elements", limits.sample_floats)
 
 
-def _products(node: Node) -> int:
-    """Multiply-adds of a matrix product per row: one for each weight."""
-    if node.op not in ("Gemm", "MatMul"):
-        return 0
-    return node.constant(1, (FLOAT,)).size
-
-
-def _require_cost(where: str, macs: int, floats: int, limits: Limits) -> None:
+def _require_cost(where: str, macs: int, floats: int, work: float, limits: Limits) -> None:
     if macs > limits.sample_macs:
         _too_costly(where, macs, "multiply-adds", limits.sample_macs)
     if floats > limits.sample_floats_sum:
         _too_costly(where, floats, "elements in all", limits.sample_floats_sum)
+    if work > limits.sample_nanoseconds:
+        _too_costly(where, round(work), "nanoseconds of work", limits.sample_nanoseconds)
 
 
 def _too_costly(where: str, size: int, what: str, limit: int) -> None:

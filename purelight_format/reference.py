@@ -14,7 +14,7 @@ from purelight_format.onnx_profile import foretell
 
 Array = np.ndarray
 FLOAT = 1  # Number of float32 among ONNX's element types.
-ROWS, ELEMENTS = 64, 1 << 24  # At a time, so that a network at every limit fits into 256 MiB.
+ROWS, ELEMENTS = 1024, 1 << 24  # At a time, so that a network at every limit fits into 256 MiB.
 
 
 def evaluate(

@@ -28,7 +28,7 @@ from purelight_format.issues import Findings, FormatError, Issue, fail, issue
 from purelight_format.limits import LIMITS, Limits
 from purelight_format.manifest import Manifest, NetworkInfo
 from purelight_format.members import EXTENSIONS, MANIFEST, PHOTOMETRY, PREVIEW
-from purelight_format.onnx_profile import inspect
+from purelight_format.onnx_profile import NetworkCost, inspect
 from purelight_format.report import Report
 from purelight_format.surface import Surface
 from purelight_format.vectors import SIGNATURES, Vectors
@@ -44,11 +44,13 @@ class Examination:
         data: the whole file.
         limits: what is accepted.
         entries: its members, once the container is known to be sound.
+        costs: of its networks, once they are vetted.
     """
 
     data: bytes
     limits: Limits = LIMITS
     entries: dict[str, Entry] = field(default_factory=dict)
+    costs: dict[str, NetworkCost] = field(default_factory=dict)
     _manifest: Manifest | None = None
 
     def __post_init__(self) -> None:
@@ -253,6 +255,7 @@ def _network(examination: Examination, name: str, info: NetworkInfo) -> Iterator
     if info.member != member:
         fail("PLX_MANIFEST_SCHEMA", where, expected=f"member must be {member}")
     cost = inspect(examination.read(member), name, member, examination.limits)
+    examination.costs[name] = cost
     yield from cost.warnings
     for figure in ("macs_per_sample", "floats_per_sample", "bytes"):
         stated, actual = getattr(info, figure), getattr(cost, figure)
@@ -270,16 +273,21 @@ def _surface(examination: Examination) -> Iterator[Issue]:
 
 
 def _vectors(examination: Examination) -> Iterator[Issue]:
+    work = 0.0
     for network in examination.networks:
         if not any(member in examination.entries for member in vectors.layout(network)):
             yield issue("PLX_GOLDEN_MISSING", "vectors", network=network)
             continue
         found = Vectors.from_members(network, examination.read, examination.limits)
+        work += len(found) * examination.costs[network].nanoseconds / 1e6
         for name, tolerance in found.tolerances.items():
             ratio = _looseness(found.outputs[name], tolerance, examination.manifest)
             if ratio > LOOSE:
                 where = f"vectors/{network}.{name}"
                 yield issue("PLX_GOLDEN_TOLERANCE_LOOSE", where, ratio=ratio)
+    if work > examination.limits.golden_milliseconds:
+        limit = examination.limits.golden_milliseconds
+        yield issue("PLX_GOLDEN_COST", "vectors", size=round(work), limit=limit)
 
 
 def _looseness(output: np.ndarray, tolerance: np.ndarray, manifest: Manifest) -> float:

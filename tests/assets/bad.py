@@ -280,7 +280,14 @@ def network(change: Callable[[Proto], Any]) -> bytes:
     return with_network(proto.SerializeToString())
 
 
-def with_network(data: bytes) -> bytes:
+def member_of(data: bytes, name: str) -> bytes:
+    """A member of a bundle."""
+    return bytes(container.member(data, container.scan(data)[name]))
+
+
+def with_network(data: bytes, content: dict[str, bytes] | None = None) -> bytes:
+    """The good lamp, or other members, with another appearance network."""
+
     def edit(root: dict[str, Any]) -> None:
         stated = root["networks"]["appearance"]
         stated["bytes"] = len(data)
@@ -288,7 +295,7 @@ def with_network(data: bytes) -> bytes:
             stated.update(asdict(lamp.info("appearance", data)))
             del stated["uniform_fraction"], stated["extra"]
 
-    return lamp.seal({**lamp.good(), APPEARANCE: data}, edit)
+    return lamp.seal({**(content or lamp.good()), APPEARANCE: data}, edit)
 
 
 def nodes(*made: onnx.NodeProto, **constants: Any) -> bytes:

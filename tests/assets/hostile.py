@@ -338,6 +338,41 @@ refused(ONNX, "65,000 axes", "lists are short", "PLX_ONNX_SHAPE",
 refused(ONNX, "doubling by Add of broadcast axes: 2¹⁸ elements of 3", WALKED, "PLX_ONNX_COST",
         one("Unsqueeze", "position a", "u"), one("Add", "u c"),
         a=np.array([1]), c=np.ones((1 << 16, 3), np.float32))  # fmt: skip
+WEIGHED = "what is read counts, by the slowest evaluator"
+WIDE = LIMITS.sample_floats
+
+
+def heavy(*made: Any, width: int = WIDE, **constants: Any) -> bytes:
+    """Nodes behind a wide value `w` of the appearance network."""
+    weight = np.ones((3, width), np.float32)
+    return nodes(one("MatMul", "position weight", "w"), *made, weight=weight, **constants)
+
+
+attack(ONNX, "200 sums of 65,536 columns, each one element", WEIGHED, "PLX_ONNX_COST")(
+    lambda: heavy(*(one("ReduceSum", "w a", f"s{k}") for k in range(200)), a=np.array([1]))
+)
+attack(ONNX, "the largest of 256 inputs of 8,192 columns", WEIGHED, "PLX_ONNX_COST")(
+    lambda: heavy(one("Max", "w " * 256), width=8192)
+)
+attack(ONNX, "remainders of large numbers: a division bit by bit", WEIGHED, "PLX_ONNX_COST")(
+    lambda: heavy(one("Mod", "w d", fmod=1), d=np.array([0.3], np.float32))
+)
+attack(ONNX, "100,000 operands of one column", WEIGHED, "PLX_ONNX_COST")(
+    lambda: heavy(*(one("Max", "w " * 250, f"m{k}") for k in range(400)), width=1)
+)
+
+
+@attack(ONNX, "1,024 golden vectors of a network at the limit", "their work is added up",
+        "PLX_GOLDEN_COST")  # fmt: skip
+def costly_vectors() -> bytes:
+    made = one("Sin", "w", "a"), one("Cos", "w", "b")
+    data = bad.member_of(heavy(*made, width=65_000), APPEARANCE)
+    content = lamp.good() | {APPEARANCE: data}
+    for name in content:
+        if name.startswith("vectors/appearance."):
+            dtype = "<f8" if "radiance" in name else "<f4"
+            content[name] = npy.dumps(np.ones((LIMITS.vectors, 3), dtype))
+    return bad.with_network(data, content)
 
 
 def filled(field: bytes) -> bytes:

@@ -9,6 +9,14 @@ import pytest
 
 from purelight_format.issues import CODES
 from purelight_format.limits import LIMITS, MIB
+from purelight_format.onnx_cost import (
+    CALL,
+    ELEMENT,
+    FLOAT_REMAINDER,
+    INTEGER_DIVISION,
+    NAME,
+    PRODUCT,
+)
 from purelight_format.onnx_operators import OPERATORS
 from purelight_format.onnx_profile import IR_VERSION, OPSET
 from purelight_format.onnx_wire import FIELDS_EACH
@@ -45,6 +53,20 @@ def test_the_operators_are_those_of_the_table() -> None:
     assert sorted(named) == sorted(OPERATORS)
 
 
+def test_the_work_of_operators_is_that_of_the_table() -> None:
+    stated = {}
+    for rate, cell in table(rule("onnx_profile.md", "n14")):
+        for op in cell.split(";")[0].split():
+            stated[op] = float(rate)
+    del stated["Mod"], stated["of"], stated["float32"]
+    assert stated == ELEMENT
+    text = rule("onnx_profile.md", "n14")
+    assert f"takes {CALL:.0f} ns, {NAME:.0f} ns for each name" in text
+    assert f"{PRODUCT} ns for each multiply-add" in text
+    assert f"| {INTEGER_DIVISION:.0f} | Asin Atan Cos Sin; Div and Mod of integers |" in text
+    assert f"| {FLOAT_REMAINDER:.0f} | Mod of float32 |" in text
+
+
 def test_the_networks_are_those_of_the_table() -> None:
     text = (SPEC / "onnx_profile.md").read_text().split("## The model")[0]
     stated = {name.strip("`"): tuple(map(shapes, sides)) for name, *sides in table(text)}
@@ -72,8 +94,9 @@ def test_the_networks_are_those_of_the_table() -> None:
                                    f"{LIMITS.node_outputs:,} outputs"]),
         ("onnx_profile.md", "n2", [f"version {IR_VERSION}", f"opset {OPSET}"]),
         ("onnx_profile.md", "n14", [f"{LIMITS.sample_floats:,} elements",
-                                    f"{LIMITS.sample_floats_sum:,}", f"{LIMITS.sample_macs:,}"]),
-        ("conformance.md", "g2", [f"{LIMITS.vectors:,}"]),
+                                    f"{LIMITS.sample_floats_sum:,}", f"{LIMITS.sample_macs:,}",
+                                    f"{LIMITS.sample_nanoseconds:,} ns"]),
+        ("conformance.md", "g2", [f"{LIMITS.vectors:,}", f"{LIMITS.golden_milliseconds:,} ms"]),
     ],
 )  # fmt: skip
 def test_limits_are_those_of_the_rules(page: str, anchor: str, figures: list[str]) -> None:
