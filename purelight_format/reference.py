@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -15,6 +16,7 @@ from purelight_format.onnx_profile import foretell
 Array = np.ndarray
 FLOAT = 1  # Number of float32 among ONNX's element types.
 ROWS, ELEMENTS = 1024, 1 << 24  # At a time, so that a network at every limit fits into 256 MiB.
+SHORT = 32  # Axes of so few elements are reduced one slice after the other.
 
 
 def evaluate(
@@ -140,6 +142,9 @@ def _mod(a: Array, b: Array, fmod: int = 0) -> Array:
 
 def _reduce(function: Any) -> Callable[..., Array]:
     def run(x: Array, axes: Array, keepdims: int = 1, noop_with_empty_axes: int = 0) -> Array:
+        if len(axes) == 1 and x.shape[axes[0]] <= SHORT:  # Else a loop for each of its results.
+            result = functools.reduce(function, np.moveaxis(x, axes[0], 0))
+            return np.expand_dims(result, axes[0]) if keepdims else result
         return function.reduce(x, axis=tuple(axes.tolist()), keepdims=bool(keepdims))
 
     return run

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from random import Random
 from typing import Any
 
@@ -16,8 +16,10 @@ from purelight_format.vectors import SIGNATURES
 NUMBERS = {FLOAT: TensorProto.FLOAT, INT32: TensorProto.INT32, INT64: TensorProto.INT64,
            BOOL: TensorProto.BOOL}  # fmt: skip
 SIZES = (1, 1, 2, 3, 4, 7)
+HEAVY = (1, 3, 60, 600, 6000, 20_000)
 VALUES = (0, 1, 2, 3, -1, -2, 5, 2**31 - 1, -(2**31), 2**62)
 NODES = 12
+WEIGHTS = 200_000
 
 
 class Graph:
@@ -26,10 +28,13 @@ class Graph:
     Arguments:
         rng: draws everything.
         network: whose inputs it has.
+        sizes: of layers.
     """
 
-    def __init__(self, rng: Random, network: str = "appearance") -> None:
-        self._rng, self._network = rng, network
+    def __init__(
+        self, rng: Random, network: str = "appearance", sizes: Sequence[int] = SIZES
+    ) -> None:
+        self._rng, self._network, self._sizes = rng, network, sizes
         self._nodes: list[Any] = []
         self._constants: list[Any] = []
         inputs = SIGNATURES[network].inputs
@@ -144,16 +149,21 @@ class Graph:
 
     def _gemm_node(self, op: str) -> None:
         name, _, shape = self._any(FLOAT)
-        width, size = self._rng.choice(SIZES), shape[-1] if shape else 1
+        width, size = self._width(shape), shape[-1] if shape else 1
         weight = self._constant(np.ones((width, size)), FLOAT)
         bias = self._constant(np.zeros(width), FLOAT)
         self._append(op, [name, weight, bias], [(FLOAT, (width,))], transB=1)
 
     def _matmul_node(self, op: str) -> None:
         name, _, shape = self._any(FLOAT)
-        width, size = self._rng.choice(SIZES), shape[-1] if shape else 1
+        width, size = self._width(shape), shape[-1] if shape else 1
         weight = self._constant(np.ones((size, width)), FLOAT)
         self._append(op, [name, weight], [(FLOAT, (*shape[:-1], width))])
+
+    def _width(self, shape: Shape) -> int:
+        """Of a layer behind a value; few weights, so that a model stays small."""
+        size = shape[-1] if shape else 1
+        return min(self._rng.choice(self._sizes), max(7, WEIGHTS // max(size, 1)))
 
     def _reducesum_node(self, op: str) -> None:
         name, dtype, shape = self._any()
@@ -273,6 +283,6 @@ def _info(name: str, shape: Shape) -> Any:
     return helper.make_tensor_value_info(name, TensorProto.FLOAT, ["N", *shape])
 
 
-def drawn(rng: Random, network: str = "appearance") -> bytes:
+def drawn(rng: Random, network: str = "appearance", sizes: Sequence[int] = SIZES) -> bytes:
     """A model."""
-    return Graph(rng, network).model()
+    return Graph(rng, network, sizes).model()

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import re
+import time
+from collections.abc import Callable
 from random import Random
 from typing import Any
 
@@ -19,10 +22,13 @@ from purelight_format.limits import LIMITS
 from purelight_format.onnx_operators import OPERATORS
 from purelight_format.onnx_profile import NetworkCost
 from purelight_format.vectors import SIGNATURES
+from purelight_onnx.session import Session
 from tests.assets.mutation import mutate
 
 EXTREMES = (0.3, 0.0, -1.0, 1e30, -3e38, np.inf, np.nan)
 ROWS = len(EXTREMES)
+GOLDEN = 64  # Rows, as many as a bundle has.
+LONGER, OPENING = 5.0, 0.5  # Times the stated work, and seconds.
 INTEGERS = (0, 1, -1, 3, 2**31 - 1, -(2**31), 2**62, -(2**63))
 
 
@@ -69,6 +75,62 @@ def require_a_runtime(data: bytes, network: str) -> None:
             continue
         for result, shape in zip(results, outputs.values(), strict=True):
             assert result.shape == (ROWS, *shape)
+
+
+def require_stated_time(data: bytes, network: str, cost: NetworkCost) -> None:
+    """Both evaluators take at most LONGER times the stated work, beside what opening takes."""
+    model, stated = _with_all_values(data), cost.nanoseconds * 1e-9
+    rows = {k: np.resize(v, (GOLDEN, *v.shape[1:])) for k, v in _feed(network).items()}
+    session = Session(model, floats=cost.floats_per_sample)
+
+    def run(evaluate: Callable[[], Any]) -> float:
+        start = time.process_time()
+        with contextlib.suppress(PureLightError):  # A computed index beyond its table.
+            evaluate()
+        return time.process_time() - start
+
+    evaluators: dict[str, Callable[[], Any]] = {
+        "NumPy": lambda: reference.evaluate(model, rows, np.float32),
+        "ONNX Runtime": lambda: session(rows),
+    }
+    for name, evaluate in evaluators.items():
+        taken = min(run(evaluate) for _ in range(3))
+        assert taken < OPENING + LONGER * GOLDEN * stated, f"{name}: {taken} s, stated {stated}"
+
+
+def require_compiled(data: bytes, network: str) -> bool:
+    """Dr.Jit compiles and evaluates what is not refused, in about the foretold time."""
+    from purelight_mitsuba import compile_cost, golden
+    from purelight_mitsuba.fused import FusedNetwork
+    from purelight_mitsuba.platform import use
+
+    use()
+    try:
+        compile_cost.require_compilable(data, network, "lamp")
+        fused = FusedNetwork(data)
+        start = time.process_time()
+        results = golden.evaluate(fused, network, _feed(network))
+    except PureLightError:
+        return False
+    taken, foretold = time.process_time() - start, sum(compile_cost.seconds(data, network))
+    assert taken < OPENING + LONGER * foretold, f"{taken} s, foretold {foretold}"
+    _require_same(data, network, results)
+    return True
+
+
+def _require_same(data: bytes, network: str, results: dict[str, np.ndarray]) -> None:
+    """Shapes are right; where rounding changes nothing, values are those of the evaluator."""
+    for name, shape in SIGNATURES[network].outputs.items():
+        assert results[name].shape == (ROWS, *shape)
+    feed = {name: array[:1] for name, array in _feed(network).items()}
+    try:
+        model = _with_all_values(data)
+        values, exact = (reference.evaluate(model, feed, t) for t in (np.float32, np.float64))
+    except PureLightError:
+        return  # A computed index beyond its table, which Dr.Jit clamps.
+    if all(np.allclose(y, exact[name], 1e-5, 1e-5) for name, y in values.items()):
+        for name, result in results.items():
+            np.testing.assert_allclose(result[:1], values[name], rtol=1e-3, atol=1e-3)
 
 
 def _require_an_index(message: str) -> None:

@@ -183,6 +183,11 @@ def make_drawn_graph(rng: Random) -> bytes:
     return bytes([list(models()).index("appearance")]) + graphs.drawn(rng)
 
 
+def make_heavy_graph(rng: Random) -> bytes:
+    """A drawn model with wide layers."""
+    return bytes([list(models()).index("appearance")]) + graphs.drawn(rng, sizes=graphs.HEAVY)
+
+
 def network_as_cheap_as_stated(data: bytes, *, run: bool = False) -> bool:
     """A network that is accepted has the foretold cost, and no runtime ends on it."""
     network, model = list(models())[data[0]], data[1:]
@@ -194,6 +199,26 @@ def network_as_cheap_as_stated(data: bytes, *, run: bool = False) -> bool:
     if run:
         networks.require_a_runtime(model, network)
     return True
+
+
+def network_as_fast_as_stated(data: bytes) -> bool:
+    """The stated work bounds the time of the evaluators, and the foretold time that of Dr.Jit."""
+    network, model = list(models())[data[0]], data[1:]
+    try:
+        cost = inspect(model, network)
+    except FormatError as error:
+        return _refused(error, "PLX_ONNX_")
+    networks.require_stated_time(model, network, cost)
+    return True
+
+
+def network_as_soon_compiled_as_foretold(data: bytes) -> bool:
+    network, model = list(models())[data[0]], data[1:]
+    try:
+        inspect(model, network)
+    except FormatError as error:
+        return _refused(error, "PLX_ONNX_")
+    return networks.require_compiled(model, network)
 
 
 # The USD layer
@@ -279,16 +304,18 @@ def bundle_is_answered(data: bytes) -> bool:
 
 
 TARGETS = {
-    "container": Target(make_archive, one_meaning, 0.402),
+    "container": Target(make_archive, one_meaning, 0.3),
     "json": Target(make_json, json_as_others_read_it, 0.15),
     "manifest": Target(make_manifest, manifest_comes_back, 0.05),
-    "npy": Target(make_array, array_as_large_as_it_says, 0.2),
-    "onnx_bytes": Target(make_model, network_as_cheap_as_stated, 0.07),
+    "npy": Target(make_array, array_as_large_as_it_says, 0.15),
+    "onnx_bytes": Target(make_model, network_as_cheap_as_stated, 0.05),
     "onnx_graph": Target(make_graph, functools.partial(network_as_cheap_as_stated, run=True), 0.02),
     "onnx_drawn": Target(
-        make_drawn_graph, functools.partial(network_as_cheap_as_stated, run=True), 0.02
+        make_drawn_graph, functools.partial(network_as_cheap_as_stated, run=True), 0.03
     ),
-    "layer": Target(make_layer, layer_is_answered, 0.08),
-    "layer_usd": Target(make_layer, layer_opens_nothing_else, 0.005),
-    "bundle": Target(make_bundle, bundle_is_answered, 0.003),
+    "onnx_heavy": Target(make_heavy_graph, network_as_fast_as_stated, 0.001),
+    "onnx_compiled": Target(make_drawn_graph, network_as_soon_compiled_as_foretold, 0.0005),
+    "layer": Target(make_layer, layer_is_answered, 0.25),
+    "layer_usd": Target(make_layer, layer_opens_nothing_else, 0.003),
+    "bundle": Target(make_bundle, bundle_is_answered, 0.002),
 }

@@ -12,7 +12,8 @@ from tests.fuzz import harness, targets
 from tests.fuzz.targets import TARGETS, Target
 
 QUICK = {"container": 20_000, "json": 6_000, "manifest": 1_500, "npy": 20_000, "onnx_bytes": 6_000,
-         "onnx_graph": 1_500, "onnx_drawn": 800, "layer": 4_000, "layer_usd": 800,
+         "onnx_graph": 1_500, "onnx_drawn": 800,
+         "onnx_heavy": 300, "onnx_compiled": 300, "layer": 4_000, "layer_usd": 800,
          "bundle": 300}  # fmt: skip
 HOUR = 3600
 

@@ -15,9 +15,11 @@ from drjit import nn
 from onnx import numpy_helper
 
 from purelight_format.errors import PureLightError
-from purelight_mitsuba.operators import OPERATORS, Tensor, row
+from purelight_mitsuba.operators import OPERATORS, Tensor, from_start, literal_type, row
 
 LITERAL_INPUTS = 4  # Layers of so few inputs (grid scales, one-blobs) are faster written out.
+
+PACKETS = {"f4": "f", "i4": "i", "i8": "i64", "b1": "b"}  # Dr.Jit's letters of NumPy's types.
 
 WIDE, BLOCK = 64, 32  # Outputs; on a CPU more of them leave the fastest cache.
 
@@ -195,9 +197,10 @@ class Table:
     """Looks up a constant [T, *shape] by an index [N] or [N, D]; an index outside is clamped."""
 
     def __init__(self, table: np.ndarray, *, axis: int = 0) -> None:
-        if axis != 0 or table.dtype.str[1:] not in ("f4", "i4"):
-            raise PureLightError("a table must be float32 or int32, and looked up by its rows")
-        kind = mi.Float if table.dtype == np.float32 else mi.Int
+        if axis != 0:
+            raise PureLightError("a table must be looked up by its rows")
+        kind = literal_type(table.dtype)
+        self._dtype = table.dtype.str[1:]
         self._rows, self._shape = len(table), table.shape[1:]
         self._size = int(np.prod(self._shape))
         self._entries = kind(np.ascontiguousarray(table).reshape(-1))
@@ -206,13 +209,13 @@ class Table:
     def __call__(self, index: Value) -> Tensor:
         parts = [self._entry(element) for element in columns(index).reshape(-1)]
         flat = row([value for part in parts for value in part])
-        return flat.reshape(*columns(index).shape, *self._shape)
+        return flat.reshape((*columns(index).shape, *self._shape))
 
     def _entry(self, index: Any) -> list[Any]:
         """The values of one row of the table, gathered together."""
-        safe = dr.minimum(mi.UInt(index), self._rows - 1)
+        safe = dr.minimum(mi.UInt(from_start(index, self._rows)), self._rows - 1)
         if self._size == 1:
             return [dr.gather(type(self._entries), self._entries, safe)]
-        packet = mi.ArrayXf if dr.is_float_v(self._entries) else mi.ArrayXi
+        packet = getattr(mi, f"ArrayX{PACKETS[self._dtype]}")
         values = dr.gather(packet, self._entries, safe, shape=(self._size, dr.width(safe)))
         return [values[k] for k in range(self._size)]

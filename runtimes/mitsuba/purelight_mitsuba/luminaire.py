@@ -15,6 +15,7 @@ from purelight_format.errors import PureLightError
 from purelight_format.geometry import BoundingSphere
 from purelight_format.members import PHOTOMETRY
 from purelight_format.surface import Surface
+from purelight_mitsuba.compile_cost import require_compilable
 from purelight_mitsuba.fused import FusedNetwork
 from purelight_mitsuba.golden import require_golden
 from purelight_onnx.luminaire import check
@@ -61,15 +62,17 @@ class Luminaire:
         """Returns a network of the bundle, translated for the variant in use.
 
         Raises:
-            PureLightError: If the bundle does not carry it, it cannot be translated, or it does
-                not meet its golden vectors.
+            PureLightError: If the bundle does not carry it, it would take minutes to
+                compile, or it does not meet its golden vectors.
         """
         key = (name, mi.variant())
         if key not in self._networks:
             if not self.has(name):
                 raise PureLightError(f"{self.path}: no {name} network; export the lamp with it")
             model = self._bundle.read(self._bundle.manifest.networks[name].member)
-            self._networks[key] = FusedNetwork(model, name=f"{self.path}: {name}")
+            title = f"{self.path}: {name}"
+            require_compilable(model, name, title)
+            self._networks[key] = FusedNetwork(model, name=title)
         if self.check_vectors and key not in self._checked:
             require_golden(self._networks[key], self._bundle.vectors(name))
             self._checked.add(key)

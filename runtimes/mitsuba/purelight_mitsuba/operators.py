@@ -61,9 +61,10 @@ def _divide(a: Any, b: Any) -> Any:
 
 def _remainder(a: Any, b: Any, *, fmod: int = 0) -> Any:
     """Remainder with the sign of the divisor, or with the dividend's (fmod) as Dr.Jit's has."""
-    rest = a % b if dr.is_integral_v(a) else dr.fma(-dr.trunc(a / b), b, a)
-    if fmod:
-        return rest
+    if fmod:  # The quotient may be rounded up to a whole number.
+        rest = dr.fma(-dr.trunc(a / b), b, a)
+        return dr.select(rest * a < 0, rest + dr.copysign(b, a), rest)
+    rest = a % b
     return dr.select((rest != 0) & ((rest < 0) != (b < 0)), rest + b, rest)
 
 
@@ -78,6 +79,11 @@ def _cast(x: Any, *, to: int) -> Any:
     return dr.select(x, kind(1), kind(0)) if dr.is_mask_v(x) else kind(x)
 
 
+def from_start(index: Any, size: int) -> Any:
+    """An index that counts from behind where it is negative, as ONNX has it."""
+    return dr.select(index < 0, index + size, index)
+
+
 def _each(function: Callable[..., Any]) -> Operator:
     """An operator that applies a function of its operands and attributes to every element."""
 
@@ -88,8 +94,13 @@ def _each(function: Callable[..., Any]) -> Operator:
 
 
 def _many(function: Callable[[Any, Any], Any]) -> Operator:
-    """An elementwise operator of any number of operands."""
-    return lambda *tensors: reduce(lambda a, b: elementwise(function, a, b), tensors)
+    """An elementwise operator of any number of operands, which may change places."""
+
+    def operator(*tensors: Tensor) -> Tensor:
+        rows_first = sorted(tensors, key=lambda tensor: tensor.dtype != object)
+        return reduce(partial(elementwise, function), rows_first)
+
+    return operator
 
 
 def _clip(x: Tensor, low: Tensor | None = None, high: Tensor | None = None) -> Tensor:
@@ -172,16 +183,15 @@ def _gather(data: Tensor, index: Tensor, *, axis: int = 0) -> Tensor:
 
 
 def _gather_elements(x: Tensor, index: Tensor, *, axis: int = 0) -> Tensor:
-    if x.ndim != 1 or _axis(axis, x) != 0:
-        raise PureLightError("GatherElements is only known for columns of [N, D]")
+    along = _axis(axis, x)
 
-    def pick(i: Any) -> Any:
-        found = x[0]
-        for k in range(1, len(x)):
-            found = dr.select(i == k, x[k], found)
+    def pick(i: Any, *columns: Any) -> Any:
+        place, found = from_start(i, len(columns)), columns[0]
+        for k in range(1, len(columns)):
+            found = dr.select(place == k, columns[k], found)
         return found
 
-    return elementwise(pick, index)
+    return elementwise(pick, index, *np.split(x, x.shape[along], along))
 
 
 def _reshape(x: Tensor, shape: Tensor, **_: Any) -> Tensor:

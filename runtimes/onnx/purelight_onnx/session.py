@@ -14,7 +14,8 @@ from purelight_format.errors import PureLightError
 Arrays = dict[str, np.ndarray]
 
 MEMORY = 64 << 20  # Bytes of activations in one chunk.
-DTYPES = {"tensor(float)": np.float32, "tensor(int32)": np.int32, "tensor(int64)": np.int64}
+DTYPES = {"tensor(float)": np.float32, "tensor(int32)": np.int32, "tensor(int64)": np.int64,
+          "tensor(bool)": np.bool_}  # fmt: skip
 
 
 class Session:
@@ -91,7 +92,7 @@ class Session:
         if set(inputs) != set(self._inputs):
             wanted = ", ".join(self._inputs)
             raise PureLightError(f"{self.name}: give exactly the inputs {wanted}")
-        feed = {
+        feed: Arrays = {
             name: np.ascontiguousarray(inputs[name], dtype)
             for name, (dtype, _) in self._inputs.items()
         }

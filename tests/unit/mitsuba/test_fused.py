@@ -213,6 +213,45 @@ def test_column_picked_by_each_row() -> None:
     check(nodes)
 
 
+def test_column_picked_along_one_of_two_axes_and_from_behind() -> None:
+    nodes = [
+        node("Reshape", "x s", "a"),
+        node("Cast", "a", "i", to=TensorProto.INT32),
+        node("Clip", "i least most", "j"),
+        node("GatherElements", "a j", "b", axis=1),
+        node("Reshape", "b t"),
+    ]
+    check(nodes, s=np.array([-1, 3, 1]), t=np.array([-1, 3]),
+          least=np.int32(-3), most=np.int32(2))  # fmt: skip
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.int32, np.int64, np.bool_])
+@pytest.mark.parametrize("columns", [1, 3])
+def test_table_of_every_type_also_from_behind(dtype: type, columns: int) -> None:
+    table = np.arange(5 * columns).reshape(5, columns).astype(dtype)
+    nodes = [
+        node("Cast", "x", "i", to=TensorProto.INT64),
+        node("Clip", "i least most", "j"),
+        node("Gather", "table j", "a"),
+        node("Cast", "a", "b", to=TensorProto.FLOAT),
+        node("ReduceSum", "b last", "z", keepdims=0),
+    ]
+    check(nodes, table=table, least=np.int64(-5), most=np.int64(4), last=np.array([2]))
+
+
+def test_remainder_of_nearly_whole_quotients_keeps_its_sign() -> None:
+    nodes = [
+        node("Mul", "x zero", "a"),
+        node("Add", "a divisor", "b"),
+        node("Mod", "c b", fmod=1),
+    ]
+    check(nodes, zero=np.float32(0), divisor=np.float32(0.3), c=np.float32([3, -3, 0.9]))
+
+
+def test_constants_may_come_first() -> None:
+    check([node("Max", "c d x")], c=np.float32(-0.2), d=np.array([0.1, 0.2, 0.3], np.float32))
+
+
 def layers(widths: Sequence[int], rng: np.random.Generator) -> tuple[list[Any], dict[str, Any]]:
     """A ReLU network from c [N, 6] to z, whose first layer is a sum of two."""
     sizes = [6, *widths]
