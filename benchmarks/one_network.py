@@ -1,4 +1,4 @@
-"""A network of the profile under construction, with the inputs of `appearance`."""
+"""A network of the profile under construction, `appearance` or `transparency`."""
 
 from __future__ import annotations
 
@@ -55,16 +55,17 @@ class Graph:
         whole = self.node("Cast", tame, to=INT64)
         return self.node("Mod", whole, self.constant([top], INT64))
 
-    def model(self, x: str, width: int) -> bytes:
-        """The network whose radiance is the mean of the columns of x."""
-        radiance = self.node("MatMul", x, self.constant(np.full((width, 3), 1 / width)))
-        self.nodes.append(helper.make_node("Identity", [radiance], ["radiance"]))
-        tensors = INPUTS | {"radiance": (3,)}
+    def model(self, x: str, width: int, network: str = "appearance") -> bytes:
+        """The network whose output is the mean of the columns of x, three times."""
+        mean = self.node("MatMul", x, self.constant(np.full((width, 3), 1 / width)))
+        (name,) = SIGNATURES[network].outputs
+        self.nodes.append(helper.make_node("Identity", [mean], [name]))
+        tensors = INPUTS | {name: (3,)}
         infos = {
             name: helper.make_tensor_value_info(name, FLOAT, ["N", *shape])
             for name, shape in tensors.items()
         }
-        output = infos.pop("radiance")
+        output = infos.pop(name)
         graph = helper.make_graph(self.nodes, "g", list(infos.values()), [output], self.constants)
         opsets = [helper.make_opsetid("", OPSET)]
         made = helper.make_model(graph, opset_imports=opsets, ir_version=IR_VERSION)

@@ -37,6 +37,7 @@ class Limits:
             a picture of 256 by 256 pixels takes about a minute on two cores then.
         array_bytes: an exit surface is a lamp's skin, not a scanned statue: 5 million vertices;
             64 golden maps in float64 take 393 kB.
+        crowding: triangles that a ray may have to be tested against; a lamp has about five.
         vectors: golden vectors per network.
         golden_milliseconds: work of all golden vectors together, which a validator evaluates.
         layer_bytes: the USD layer holds the exit mesh as text.
@@ -66,6 +67,7 @@ class Limits:
     sample_macs: int = 16_000_000
     sample_nanoseconds: int = 2_000_000
     array_bytes: int = 64 * MIB
+    crowding: int = 1024
     vectors: int = 1024
     golden_milliseconds: int = 2000
     layer_bytes: int = 128 * MIB

@@ -19,6 +19,7 @@ MEMBERS = {
 }
 SPHERE_SLACK = 1e-5  # Rounding of float32 positions against the radius.
 CLOSURE = 0.01
+CHUNK = 1 << 18  # Triangles at a time.
 
 
 @dataclass(frozen=True)
@@ -79,13 +80,32 @@ class Surface:
         a, b, c = (self.positions.astype(np.float64)[self.triangles[:, k]] for k in range(3))
         return np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
 
-    def issues(self, sphere: BoundingSphere, flux: tuple[float, ...]) -> Iterator[Issue]:
+    def crowding(self, radius: float) -> float:
+        """How many triangles a ray through the sphere may have to be tested against.
+
+        The sum of the areas of their boxes over that of the sphere's box: what a hierarchy of
+        boxes leaves to be tested (the surface area heuristic).
+        """
+        total = 0.0
+        for first in range(0, len(self.triangles), CHUNK):
+            corner = self.positions[self.triangles[first : first + CHUNK]].astype(np.float64)
+            a, b, c = ((corner.max(1) - corner.min(1)) / (2 * radius)).T
+            total += float((a * b + b * c + c * a).sum()) / 3
+        return total
+
+    def issues(
+        self, sphere: BoundingSphere, flux: tuple[float, ...], limits: Limits = LIMITS
+    ) -> Iterator[Issue]:
         """Compares the surface with the manifest's bounding sphere and flux."""
         offset = self.positions.astype(np.float64) - sphere.center
         distance = np.sqrt((offset * offset).sum(1).max(initial=0)) / sphere.radius
         if distance > 1 + SPHERE_SLACK:
             where = MEMBERS["positions"][0]
             yield issue("PLX_SURFACE_OUTSIDE_SPHERE", where, distance=distance)
+        crowding = self.crowding(sphere.radius)
+        if crowding > limits.crowding:
+            where = MEMBERS["triangles"][0]
+            yield issue("PLX_SURFACE_CROWDED", where, count=round(crowding), limit=limits.crowding)
         total = self.triangle_flux.sum(0, dtype=np.float64)
         for channel, (sums, stated) in enumerate(zip(total, flux, strict=True)):
             if abs(sums - stated) > CLOSURE * stated:

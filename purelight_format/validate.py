@@ -266,7 +266,9 @@ def _network(examination: Examination, name: str, info: NetworkInfo) -> Iterator
 
 def _surface(examination: Examination) -> Iterator[Issue]:
     found = Surface.from_members(examination.read, examination.limits)
-    yield from found.issues(examination.manifest.bounding_sphere, examination.manifest.flux)
+    yield from found.issues(
+        examination.manifest.bounding_sphere, examination.manifest.flux, examination.limits
+    )
 
 
 # Golden vectors

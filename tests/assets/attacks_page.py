@@ -97,7 +97,7 @@ def document() -> str:
     """Returns the text of the page."""
     assert {attack.kind for attack in ATTACKS} == set(KINDS)
     others = sum(map(len, (*bad.ASSETS.values(), *bad.BESIDE.values()))) - len(ATTACKS)
-    parts = [HEAD.format(others=others, codes=len(CODES))]
+    parts = [HEAD.format(others=others, codes=len(bad.ASSETS.keys() | bad.BESIDE.keys()))]
     for kind, about in KINDS.items():
         rows = [_row(attack) for attack in ATTACKS if attack.kind == kind]
         parts.append(f"\n## {kind}\n\n{about}\n\n| attempt | stopped by | code |\n|---|---|---|\n")

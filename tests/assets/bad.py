@@ -572,6 +572,18 @@ asset("PLX_SURFACE_OUTSIDE_SPHERE")(lambda: array(POSITIONS, np.full((6, 3), 7))
 asset("PLX_SURFACE_FLUX_CLOSURE")(lambda: array(FLUX, np.full((8, 3), 0.5)))
 
 
+@asset("PLX_SURFACE_CROWDED")
+def copies_of_a_triangle() -> bytes:
+    return crowd(np.tile(np.arange(3), (12_000, 1)))
+
+
+def crowd(triangles: np.ndarray) -> bytes:
+    """The good lamp with other triangles over its vertices."""
+    flux = np.tile(np.array(lamp.FLUX) / len(triangles), (len(triangles), 1))
+    content = lamp.good() | {TRIANGLES: npy.dumps(triangles.astype("<u4"))}
+    return lamp.seal(content | {FLUX: npy.dumps(flux.astype("<f4"))})
+
+
 @asset("PLX_SURFACE_EMPTY")
 def no_triangles() -> bytes:
     content = lamp.good()

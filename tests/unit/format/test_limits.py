@@ -34,6 +34,7 @@ LOWERED = {
     "sample_macs": (5, "PLX_ONNX_COST"),
     "sample_nanoseconds": (100, "PLX_ONNX_COST"),
     "array_bytes": (100, "PLX_NPY_TOO_LARGE"),
+    "crowding": (1, "PLX_SURFACE_CROWDED"),
     "vectors": (7, "PLX_GOLDEN_SHAPE"),
     "golden_milliseconds": (0, "PLX_GOLDEN_COST"),
     "layer_bytes": (1000, "PLX_MEMBER_TOO_LARGE"),

@@ -82,6 +82,7 @@ def test_the_networks_are_those_of_the_table() -> None:
         ("plux.md", "j3", [f"{LIMITS.json_number_digits} characters"]),
         ("plux.md", "m14", [f"{LIMITS.picture_bytes // MIB} MiB",
                             f"{LIMITS.layer_bytes // MIB} MiB"]),
+        ("plux.md", "s5", [f"{LIMITS.crowding:,} times"]),
         ("plux.md", "a3", [f"{LIMITS.array_bytes // MIB} MiB"]),
         ("onnx_profile.md", "n1", [f"{LIMITS.network_bytes // MIB} MiB", f"{LIMITS.nodes:,} nodes",
                                    f"{LIMITS.initializers:,} initializers"]),
