@@ -165,12 +165,12 @@ def write(path: Path, name: str) -> None:
 def equal_triangles() -> Surface:
     """Triangles that fill the sphere, one on the other."""
     corners = lamp.SPHERE.radius * np.array([[0, 0, 0.99], [0.9, 0, -0.4], [-0.5, 0.7, -0.4]])
-    return _surface(corners, np.tile([0, 1, 2], (20_000, 1)))
+    return _surface(corners, np.tile([0, 1, 2], (6_000, 1)))
 
 
 def slivers() -> Surface:
     """Long triangles without area that cross in the middle."""
-    count = 10_000
+    count = 4_800
     way = np.random.default_rng(0).normal(size=(count, 3))
     way *= 0.99 * lamp.SPHERE.radius / np.linalg.norm(way, axis=1, keepdims=True)
     side = way * (1 - 1e-6)

@@ -203,7 +203,8 @@ _TABLE = (
     Code("PLX_SURFACE_OUTSIDE_SPHERE", "a vertex is {distance:.6} radii from the centre",
          "plux.md#s3"),
     Code("PLX_SURFACE_CROWDED",
-         "a ray meets the boxes of {count} triangles, at most {limit}; remove copies, divide long ones",
+         "a ray meets the boxes of {count} triangles, at most {limit}; "
+         "remove copies and divide long ones",
          "plux.md#s5"),
     Code("PLX_SURFACE_FLUX_CLOSURE",
          "the triangles' flux in channel {channel} is {ratio:.4} of the manifest's",

@@ -15,8 +15,8 @@ from purelight_format.onnx_profile import foretell
 from purelight_format.vectors import SIGNATURES
 from purelight_mitsuba.fused import LITERAL_INPUTS
 
-# Seconds of one network; a kernel has a few of them. The paper's networks take 16, but its fast map,
-# which ONNX Runtime evaluates sooner (`answers.LARGEST_COMPILED`), 50.
+# Seconds of one network; a kernel has a few. Those of the paper take 16, but its fast map, which ONNX
+# Runtime evaluates sooner (`answers.LARGEST_COMPILED`), 50.
 ELEMENTS, LAYERS = 6.0, 20.0
 PRODUCTS = ("Gemm", "MatMul")
 
