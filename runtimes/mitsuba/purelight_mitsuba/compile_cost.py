@@ -15,19 +15,19 @@ from purelight_format.onnx_profile import foretell
 from purelight_format.vectors import SIGNATURES
 from purelight_mitsuba.fused import LITERAL_INPUTS
 
-# Seconds of one network; a kernel has a few. Those of the paper take 16, but its fast map, which ONNX
-# Runtime evaluates sooner (`answers.LARGEST_COMPILED`), 50.
-ELEMENTS, LAYERS = 6.0, 20.0
+# Seconds of one network; a kernel has a few. Those of the paper take 19, but its fast map 53, which
+# ONNX Runtime evaluates sooner (`answers.LARGEST_COMPILED`).
+ELEMENTS, LAYERS = 10.0, 20.0
 PRODUCTS = ("Gemm", "MatMul")
 
 # Milliseconds of one element, measured with LLVM on one core (`benchmarks.compile_cost`).
 ELEMENT = {
-    **dict.fromkeys(("Asin", "Atan"), 5.0), **dict.fromkeys(("Cos", "Sin"), 12.0),
-    "Exp": 3.0, "Sigmoid": 4.0, "Softmax": 4.0, "Log": 7.0, "Mod": 1.0,
+    **dict.fromkeys(("Asin", "Atan", "Exp", "Sigmoid", "Softmax"), 3.5),
+    **dict.fromkeys(("Cos", "Log", "Sin"), 6.0), "Mod": 12.0,
 }  # fmt: skip
 OTHER = 0.15
-ENTRY = 0.3  # Of a table.
-CHOICE = 1.2  # Of one column among which GatherElements chooses; all of them stay alive.
+ENTRY, PACKED = 6.0, 8.0  # Of a table of one column, and of a column of those of several.
+CHOICE = 0.6  # Of one column among which GatherElements chooses; all of them stay alive.
 
 # Of a cooperative vector, for a weight, and for the square of the inputs, which all stay alive.
 WEIGHT, CROWD = 0.012, 0.0003
@@ -67,7 +67,7 @@ def _milliseconds(node: Any, values: Mapping[str, Tensor]) -> float:
     if node.op_type in PRODUCTS:
         return _layer(inputs[0].size, written)
     if node.op_type == "Gather" and inputs[0].value is not None:
-        return ENTRY * (inputs[1].size + written)
+        return (PACKED if written > inputs[1].size else ENTRY) * written
     if node.op_type == "GatherElements":
         return CHOICE * written * inputs[0].size
     if node.op_type in ("Max", "Min"):
