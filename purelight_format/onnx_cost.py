@@ -29,10 +29,10 @@ ELEMENT = {
     # Short axes are not vectorised.
     **dict.fromkeys(("CumSum", "ReduceMax", "ReduceSum"), 8.0),
     "Softmax": 20.0,
-    # A table may lie outside of the cache.
     **dict.fromkeys(("Gather", "GatherElements"), 10.0),
 }  # fmt: skip
 INTEGER_DIVISION = 15.0  # Five passes in the reference evaluator.
+LARGE_TABLE, DISTANT = 1 << 18, 25.0  # Elements; entries of larger ones are not in the cache.
 FLOAT_REMAINDER = 100.0  # A division bit by bit where the quotient is large.
 
 FOLDING = ("CumSum", "ReduceMax", "ReduceSum", "Softmax")
@@ -58,6 +58,8 @@ def _rate(node: Node) -> float:
         return FLOAT_REMAINDER
     if node.op == "Mod" or (node.op == "Div" and first is not None and first.dtype in INDEX):
         return INTEGER_DIVISION
+    if node.op == "Gather" and first is not None and first.value is not None:
+        return DISTANT if first.size > LARGE_TABLE else ELEMENT[node.op]
     return ELEMENT.get(node.op, 0.0)
 
 
