@@ -9,7 +9,7 @@ demo: $(READY)  ## train, export and render a lamp; the report lands in out/demo
 	$(BIN)/purelight-demo --output out/demo
 
 test: $(READY)  ## the quick tests
-	$(BIN)/pytest -m "not slow"
+	$(BIN)/pytest -n auto --maxprocesses 4 --dist loadfile -m "not slow"
 
 test-all: $(READY)  ## the quick, statistical and fuzz tests
 	$(BIN)/pytest
