@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -43,6 +43,7 @@ class NetworkCost:
         nanoseconds: of one sample on one core, see `onnx_cost`.
         bytes: size of the model.
         warnings: what is unusual but harmless.
+        shapes: sizes of one row of every value, by name.
     """
 
     macs_per_sample: int
@@ -50,6 +51,7 @@ class NetworkCost:
     nanoseconds: float
     bytes: int
     warnings: tuple[Issue, ...] = ()
+    shapes: Mapping[str, Shape] = field(default_factory=dict, repr=False, compare=False)
 
 
 def inspect(model: bytes, network: str, where: str = "", limits: Limits = LIMITS) -> NetworkCost:
@@ -101,7 +103,8 @@ def _inspect(proto: Any, network: str, where: str, size: int, limits: Limits) ->
     _require_signature(graph.output, signature.outputs, f"{where}:outputs")
     values, (macs, floats, work) = foretell(graph, signature.inputs, where, limits)
     _require_outputs(values, signature.outputs, where)
-    return NetworkCost(macs, floats, work, size, tuple(_warnings(proto, where)))
+    shapes = {name: tensor.shape for name, tensor in values.items()}
+    return NetworkCost(macs, floats, work, size, tuple(_warnings(proto, where)), shapes)
 
 
 def foretell(

@@ -10,8 +10,8 @@ import numpy as np
 
 from purelight_format import denormals
 from purelight_format.errors import PureLightError
-from purelight_format.onnx_operators import TYPES, Tensor
-from purelight_format.onnx_profile import foretell
+from purelight_format.onnx_operators import TYPES, Shape
+from purelight_format.onnx_profile import NetworkCost, foretell
 
 Array = np.ndarray
 FLOAT = 1  # Number of float32 among ONNX's element types.
@@ -20,7 +20,10 @@ SHORT = 32  # Axes of so few elements are reduced one slice after the other.
 
 
 def evaluate(
-    model: bytes, inputs: Mapping[str, Array], dtype: Any = np.float64
+    model: bytes,
+    inputs: Mapping[str, Array],
+    dtype: Any = np.float64,
+    cost: NetworkCost | None = None,
 ) -> dict[str, Array]:
     """Evaluates a vetted network, a few rows at a time.
 
@@ -28,6 +31,7 @@ def evaluate(
         model: ONNX bytes of the profile.
         inputs: by name, [N, ...].
         dtype: the type that stands for float32 in weights, inputs and intermediates.
+        cost: what `inspect` found, if it was asked before.
 
     Returns:
         The outputs by name, [N, ...] in `dtype`.
@@ -39,14 +43,22 @@ def evaluate(
 
     graph = onnx.load_from_string(model).graph
     rows = {name: np.asarray(array, dtype) for name, array in inputs.items()}
-    foretold, (_, floats, _) = foretell(graph, {k: v.shape[1:] for k, v in rows.items()})
+    shapes, floats = (
+        _foretold(graph, rows) if cost is None else (cost.shapes, cost.floats_per_sample)
+    )
     constants = {t.name: _constant(t, dtype) for t in graph.initializer}
     count, step = max(map(len, rows.values())), max(1, min(ROWS, ELEMENTS // max(floats, 1)))
     parts = [
-        _evaluate(graph, constants, {k: v[i : i + step] for k, v in rows.items()}, dtype, foretold)
+        _evaluate(graph, constants, {k: v[i : i + step] for k, v in rows.items()}, dtype, shapes)
         for i in range(0, max(count, 1), step)
     ]
     return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+
+
+def _foretold(graph: Any, rows: Mapping[str, Array]) -> tuple[Mapping[str, Shape], int]:
+    """Sizes of one row of every value, and their sum."""
+    values, (_, floats, _) = foretell(graph, {k: v.shape[1:] for k, v in rows.items()})
+    return {name: tensor.shape for name, tensor in values.items()}, floats
 
 
 def _evaluate(
@@ -54,7 +66,7 @@ def _evaluate(
     constants: dict[str, Array],
     inputs: dict[str, Array],
     dtype: Any,
-    foretold: Mapping[str, Tensor],
+    shapes: Mapping[str, Shape],
 ) -> dict[str, Array]:
     values, rows = constants | inputs, len(next(iter(inputs.values())))
     wanted = [value.name for value in graph.output]
@@ -63,7 +75,7 @@ def _evaluate(
         for k, node in enumerate(graph.node):
             results = _run(node, [values[name] if name else None for name in node.input], dtype)
             for name, result in zip(node.output, results, strict=True):
-                if result.shape != (rows, *foretold[name].shape):
+                if result.shape != (rows, *shapes[name]):
                     raise PureLightError(f"{node.op_type}: a result of {result.shape}")
                 values[name] = result
             for name in {*node.input, *node.output}.difference(wanted, [""]):

@@ -18,7 +18,7 @@ from purelight_format.issues import fail
 from purelight_format.limits import LIMITS, Limits
 
 HEADER = b"#usda 1.0\n"
-CHUNK = 1 << 20
+FIRST, CHUNK = 1 << 10, 1 << 20  # Bytes in which the end of brackets is looked for.
 BRACKETS = 4  # Levels of brackets around numbers; a list of matrices has three.
 
 _SIZES = [f"{kind}{size}" for kind in ("double", "float", "half", "int") for size in (2, 3, 4)]
@@ -58,6 +58,7 @@ TOKEN = re.compile(
 NAME = re.compile(r"[A-Za-z_]\w*", re.ASCII)
 STEP = np.zeros(256, np.int8)
 STEP[list(b"([")], STEP[list(b")]")] = 1, -1
+IS_BRACKET = STEP != 0
 NUMERIC = b"0123456789.+-eE,()[] \t\ninfa"
 NO_BRACKET = bytes(set(range(256)) - set(b"()[]"))
 
@@ -343,14 +344,15 @@ class _Reader:
 
     def _closing(self, start: int) -> int:
         """Where brackets around numbers end."""
-        level = 0
-        for position in range(start, len(self._data), CHUNK):
-            chunk = self._data[position : position + CHUNK]
+        level, position, size = 0, start, FIRST
+        while position < len(self._data):
+            chunk = self._data[position : position + size]
             levels = level + np.cumsum(_steps(chunk.translate(None, NO_BRACKET)), dtype=np.int32)
             closing = int((levels == 0).argmax()) if not levels.all() else len(levels)
             end = len(chunk)
             if closing < len(levels):
-                end = int(np.flatnonzero(_steps(chunk))[closing]) + 1
+                brackets = IS_BRACKET[np.frombuffer(chunk, np.uint8)]
+                end = int(np.flatnonzero(brackets)[closing]) + 1
             if levels[: closing + 1].max(initial=0) > BRACKETS or chunk[:end].translate(
                 None, NUMERIC
             ):
@@ -358,6 +360,7 @@ class _Reader:
             if closing < len(levels):
                 return position + end
             level = int(levels[-1]) if len(levels) else level
+            position, size = position + size, min(16 * size, CHUNK)
         return self._broken("brackets hold something else than numbers, or do not close")
 
 

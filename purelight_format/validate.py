@@ -305,7 +305,8 @@ def _values(examination: Examination) -> Iterator[Issue]:
         golden = Vectors.from_members(network, examination.read, examination.limits)
         model = examination.read(members.network(network))
         try:
-            results = reference.evaluate(model, golden.inputs, np.float32)
+            cost = examination.costs[network]
+            results = reference.evaluate(model, golden.inputs, np.float32, cost)
         except FormatError:
             raise
         except PureLightError as error:
