@@ -1,6 +1,6 @@
 """Seconds in which Dr.Jit compiles networks, against what is foretold.
 
-python -m benchmarks.compile_cost [--only Sin table]
+python -m benchmarks.compile_cost [--only Sin "table, 1 column"]
 
 Every network is compiled once, in a process of its own, on one core and without the cache of
 kernels. A foretold time that is too low would let a bomb pass; one that is too high refuses lamps.
@@ -13,27 +13,13 @@ import os
 import sys
 import tempfile
 import time
-from collections.abc import Callable
 
 import numpy as np
 
-from benchmarks.one_network import FLOAT, INT64, Graph, rows
+from benchmarks.one_network import FLOAT, INT64, Body, Graph, layers, repeated, rows
 from purelight_mitsuba.platform import use
 
 NETWORK, BAR = "appearance", 5.0
-Body = Callable[[Graph], tuple[str, int]]
-
-
-def elementwise(op: str, width: int, count: int) -> Body:
-    """An operator again and again."""
-
-    def body(g: Graph) -> tuple[str, int]:
-        x = g.wide(width)
-        for _ in range(count):
-            x = g.node(op, x)
-        return x, width
-
-    return body
 
 
 def remainders(g: Graph) -> tuple[str, int]:
@@ -57,18 +43,6 @@ def chosen(width: int) -> Body:
     return body
 
 
-def layers(width: int, count: int) -> Body:
-    def body(g: Graph) -> tuple[str, int]:
-        x = g.wide(width)
-        weight = g.constant(np.random.default_rng(0).normal(size=(width, width)) / width**0.5)
-        bias = g.constant(np.zeros(width))
-        for _ in range(count):
-            x = g.node("Gemm", x, weight, bias, transB=1)
-        return x, width
-
-    return body
-
-
 def crowd(g: Graph) -> tuple[str, int]:
     """A layer of many inputs."""
     x = g.wide(512)
@@ -76,11 +50,11 @@ def crowd(g: Graph) -> tuple[str, int]:
 
 
 BODIES: dict[str, Body] = {
-    **{op: elementwise(op, 256, 2) for op in ("Asin", "Atan", "Cos", "Exp", "Sigmoid", "Sin",
+    **{op: repeated(op, 256, 2) for op in ("Asin", "Atan", "Cos", "Exp", "Sigmoid", "Sin",
                                               "Softmax")},
-    "Log": elementwise("Log", 256, 1),
-    "Sin, more": elementwise("Sin", 256, 5),
-    "Neg": elementwise("Neg", 256, 40),
+    "Log": repeated("Log", 256, 1),
+    "Sin, more": repeated("Sin", 256, 5),
+    "Neg": repeated("Neg", 256, 40),
     "Mod": remainders,
     "table, 1 column": table(256, 1),
     "table, 4 columns": table(64, 4),
@@ -134,11 +108,11 @@ def row(name: str) -> None:
 def main() -> int:
     """0 if no network takes more than BAR times what is foretold."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.compile_cost", description=__doc__)
-    parser.add_argument("--only", nargs="+", metavar="NAME")
-    chosen_names = parser.parse_args().only or list(BODIES)
+    parser.add_argument("--only", nargs="+", choices=list(BODIES), metavar="NAME")
+    names = parser.parse_args().only or list(BODIES)
     print(f"{'':<26}{'foretold':>10}{'measured':>10}{'ratio':>8}", flush=True)
     failed = 0
-    for name in chosen_names:
+    for name in names:
         child = os.fork()
         if not child:
             row(name)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -71,6 +71,37 @@ class Graph:
         made = helper.make_model(graph, opset_imports=opsets, ir_version=IR_VERSION)
         data: bytes = made.SerializeToString()
         return data
+
+
+# What several benchmarks put into a network: a value, and how many columns it has
+
+Body = Callable[[Graph], tuple[str, int]]
+
+
+def repeated(op: str, width: int, count: int) -> Body:
+    """An operator of one operand, again and again."""
+
+    def body(g: Graph) -> tuple[str, int]:
+        x = g.wide(width)
+        for _ in range(count):
+            x = g.node(op, x)
+        return x, width
+
+    return body
+
+
+def layers(width: int, count: int) -> Body:
+    """Dense layers that share one weight."""
+
+    def body(g: Graph) -> tuple[str, int]:
+        x = g.wide(width)
+        weight = g.constant(np.random.default_rng(0).normal(size=(width, width)) / width**0.5)
+        bias = g.constant(np.zeros(width))
+        for _ in range(count):
+            x = g.node("Gemm", x, weight, bias, transB=1)
+        return x, width
+
+    return body
 
 
 def rows(count: int, scale: float = 2.0) -> dict[str, np.ndarray]:

@@ -22,15 +22,14 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.one_network import INT64, Graph
+from benchmarks.one_network import INT64, Body, Graph, layers, repeated
+from benchmarks.validation import measure
 from purelight_format import bundle, members
 from purelight_format.surface import Surface
 from tests.assets import lamp
 
-MEGABYTE = 1_000_000
 VALIDATE, PICTURE, MEMORY = 10.0, 60.0, 512
 NETWORKS = ("appearance", "transparency")
-Body = Callable[[Graph], tuple[str, int]]
 
 ROOM = """<scene version="3.0.0"><integrator type="purelight"/>
 <sensor type="perspective"><film type="hdrfilm"><integer name="width" value="128"/>
@@ -42,18 +41,6 @@ ROOM = """<scene version="3.0.0"><integrator type="purelight"/>
 
 
 # Networks near a limit
-
-
-def repeated(op: str, width: int, count: int) -> Body:
-    """An operator of one operand, again and again."""
-
-    def body(g: Graph) -> tuple[str, int]:
-        x = g.wide(width)
-        for _ in range(count):
-            x = g.node(op, x)
-        return x, width
-
-    return body
 
 
 def sums(g: Graph) -> tuple[str, int]:
@@ -108,20 +95,6 @@ def wide(g: Graph) -> tuple[str, int]:
     """As many columns as one value may have."""
     x = g.wide(4096)
     return g.node("Concat", *[x] * 16, axis=1), 65_536
-
-
-def layers(width: int, count: int) -> Body:
-    """Dense layers that share one weight."""
-
-    def body(g: Graph) -> tuple[str, int]:
-        x = g.wide(width)
-        weight = g.constant(np.random.default_rng(0).normal(size=(width, width)) / width**0.5)
-        bias = g.constant(np.zeros(width))
-        for _ in range(count):
-            x = g.node("Gemm", x, weight, bias, transB=1)
-        return x, width
-
-    return body
 
 
 BODIES: dict[str, Body] = {
@@ -195,8 +168,8 @@ SURFACES: dict[str, Callable[[], Surface]] = {
 # Commands
 
 
-def commands(folder: Path) -> dict[str, list[str]]:
-    """What a user would call, and where its time begins."""
+def commands() -> dict[str, list[str]]:
+    """What a user would call, in the folder of the bundle."""
     render = ["purelight-render", "scene.xml", "--spp", "1", "--output", "a.exr", "--mode"]
     return {
         "validate": ["purelight-validate", "lamp.plux"],
@@ -229,12 +202,14 @@ def row(name: str, limit: float) -> bool:
     below = True
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
-        write(folder / "lamp.plux", name)
+        measure(
+            lambda: write(folder / "lamp.plux", name)
+        )  # So that no command inherits its memory.
         far = 4 * lamp.SPHERE.radius
         (folder / "scene.xml").write_text(ROOM.format(far=far, bundle=folder / "lamp.plux"))
         size = (folder / "lamp.plux").stat().st_size
         line, last = f"{name:<18}{size / 1000:8.0f} kB", ""
-        for which, command in commands(folder).items():
+        for which, command in commands().items():
             seconds, memory, code, text = called(command, folder, limit)
             refused = code == 2 and which != "validate"
             what = "refused" if refused else f"{seconds:6.1f} s"
@@ -245,7 +220,7 @@ def row(name: str, limit: float) -> bool:
                 line += f" (exit {code}: {text[:60]})"
             below &= seconds < (VALIDATE if which == "validate" else PICTURE)
             below &= which != "validate" or memory < MEMORY
-        print(line + "" * bool(last), flush=True)
+        print(line, flush=True)
         if last:
             print(f"    {last.split(':', 2)[-1].strip()}", flush=True)
     return below

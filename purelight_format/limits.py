@@ -33,8 +33,8 @@ class Limits:
         sample_floats_sum: elements per sample of all intermediates; bounds time and memory of
             everything that is no matrix product.
         sample_macs: multiply-adds per sample of matrix products; the paper's student has 1.1 M.
-        sample_nanoseconds: work per sample as `onnx_cost` counts it: ten times the paper's student;
-            a picture of 256 by 256 pixels takes about a minute on two cores then.
+        sample_nanoseconds: work per sample as `onnx_cost` counts it; the paper's largest network
+            has a fifth (`benchmarks.worst_bundles` has pictures at the limit).
         array_bytes: an exit surface is a lamp's skin, not a scanned statue: 5 million vertices;
             64 golden maps in float64 take 393 kB.
         crowding: triangles that a ray may have to be tested against; a lamp has about five.

@@ -18,7 +18,7 @@ from random import Random
 from purelight_format import container, manifest, npy, strict_json, usd_layer
 from purelight_format.issues import CODES, FormatError
 from purelight_format.manifest import parse
-from purelight_format.onnx_profile import inspect
+from purelight_format.onnx_profile import NetworkCost, inspect
 from purelight_format.validate import examine
 from tests.assets import bad, lamp
 from tests.assets.mutation import mutate
@@ -188,37 +188,40 @@ def make_heavy_graph(rng: Random) -> bytes:
     return bytes([list(models()).index("appearance")]) + graphs.drawn(rng, sizes=graphs.HEAVY)
 
 
-def network_as_cheap_as_stated(data: bytes, *, run: bool = False) -> bool:
-    """A network that is accepted has the foretold cost, and no runtime ends on it."""
+def _vetted(data: bytes) -> tuple[bytes, str, NetworkCost] | None:
+    """A model, its network and cost; None if it is refused."""
     network, model = list(models())[data[0]], data[1:]
     try:
-        cost = inspect(model, network)
+        return model, network, inspect(model, network)
     except FormatError as error:
-        return _refused(error, "PLX_ONNX_")
-    networks.require_stated_cost(model, network, cost)
+        _refused(error, "PLX_ONNX_")
+        return None
+
+
+def network_as_cheap_as_stated(data: bytes, *, run: bool = False) -> bool:
+    """A network that is accepted has the foretold cost, and no runtime ends on it."""
+    vetted = _vetted(data)
+    if vetted is None:
+        return False
+    model, network, _ = vetted
+    networks.require_stated_cost(*vetted)
     if run:
         networks.require_a_runtime(model, network)
     return True
 
 
 def network_as_fast_as_stated(data: bytes) -> bool:
-    """The stated work bounds the time of the evaluators, and the foretold time that of Dr.Jit."""
-    network, model = list(models())[data[0]], data[1:]
-    try:
-        cost = inspect(model, network)
-    except FormatError as error:
-        return _refused(error, "PLX_ONNX_")
-    networks.require_stated_time(model, network, cost)
-    return True
+    """The stated work bounds the time of the evaluators."""
+    vetted = _vetted(data)
+    if vetted:
+        networks.require_stated_time(*vetted)
+    return vetted is not None
 
 
 def network_as_soon_compiled_as_foretold(data: bytes) -> bool:
-    network, model = list(models())[data[0]], data[1:]
-    try:
-        inspect(model, network)
-    except FormatError as error:
-        return _refused(error, "PLX_ONNX_")
-    return networks.require_compiled(model, network)
+    """The foretold time bounds that of Dr.Jit."""
+    vetted = _vetted(data)
+    return vetted is not None and networks.require_compiled(*vetted[:2])
 
 
 # The USD layer
