@@ -183,7 +183,8 @@ def called(command: list[str], folder: Path, limit: float) -> tuple[float, float
     """Seconds, MiB, exit code and last line of a command in a process of its own."""
     start, errors = time.perf_counter(), folder / "errors"
     with open(errors, "w") as file:
-        process = subprocess.Popen(command, cwd=folder, stdout=file, stderr=file)
+        home = os.environ | {"HOME": str(folder)}  # In which no kernel is kept from an earlier run.
+        process = subprocess.Popen(command, cwd=folder, env=home, stdout=file, stderr=file)
     while True:
         done, status, usage = os.wait4(process.pid, os.WNOHANG)
         if done:
