@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, NoReturn
 
 import numpy as np
@@ -39,7 +40,7 @@ class Tensor:
     shape: Shape
     value: np.ndarray | None = None
 
-    @property
+    @cached_property
     def size(self) -> int:
         """Number of elements, per sample or of the constant."""
         return math.prod(self.shape)
