@@ -34,11 +34,11 @@ def main() -> int:
             processes=options.processes, seed=options.seed,
         )  # fmt: skip
         print(_line(name, tallies[name]), flush=True)
+        if options.summary:
+            _add(options.summary, name, tallies[name])
     found = [item for tally in tallies.values() for item in tally.findings]
     if found:
         harness.save(found, options.findings)
-    if options.summary:
-        _add(options.summary, tallies)
     print(f"{sum(t.inputs for t in tallies.values()):,} inputs, {len(found)} findings")
     return 1 if found else 0
 
@@ -52,12 +52,12 @@ def _line(name: str, tally: Tally) -> str:
     )
 
 
-def _add(path: Path, tallies: dict[str, Tally]) -> None:
+def _add(path: Path, name: str, tally: Tally) -> None:
+    """Adds a target's counts to the summary, so that a run cut off has not been for nothing."""
     known = json.loads(path.read_text()) if path.exists() else {}
-    totals = {name: Tally(**value) for name, value in known.items()}
-    for name, tally in tallies.items():
-        totals.setdefault(name, Tally()).add(tally)
-    path.write_text(json.dumps({k: asdict(v) for k, v in totals.items()}, indent=1) + "\n")
+    total = Tally(**known.get(name, {}))
+    total.add(tally)
+    path.write_text(json.dumps(known | {name: asdict(total)}, indent=1) + "\n")
 
 
 if __name__ == "__main__":
