@@ -20,7 +20,7 @@ HEADER = re.compile(
 
 def dumps(array: np.ndarray) -> bytes:
     """Serialises an array as version 1.0 of the .npy format, the same bytes as `numpy.save`."""
-    array = np.ascontiguousarray(array, array.dtype.newbyteorder("<"))
+    array = np.asarray(array, array.dtype.newbyteorder("<"))  # Scalars stay scalars.
     return _head(array.dtype.str, array.shape) + array.tobytes()
 
 

@@ -20,6 +20,7 @@ ARRAYS = [
     np.arange(12, dtype="<u4").reshape(4, 3),
     np.float64(np.random.default_rng(0).random(7)),
     np.ones((2, 16, 16, 3)),
+    np.array(0.5),  # No axis at all: a fuzzer found it written as one of a single element.
 ]
 
 
