@@ -35,7 +35,7 @@ from purelight_examples.scenes.sensor import Picture, sensor
 from purelight_format import atomic
 from purelight_format.bundle import Bundle
 from purelight_format.errors import PureLightError
-from purelight_format.geometry import BoundingSphere
+from purelight_format.measures import BoundingSphere
 
 SIZE = 128
 HALF = (1.2, 1.2, 1.1)  # Of the room, in metres; the origin is its middle.

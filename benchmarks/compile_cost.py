@@ -74,8 +74,8 @@ def compiled(model: bytes) -> float:
     """Seconds until a network's first results."""
     import drjit as dr
 
-    from purelight_mitsuba.fused import FusedNetwork
-    from purelight_mitsuba.golden import lanes
+    from purelight_mitsuba.translate.golden import lanes
+    from purelight_mitsuba.translate.network import FusedNetwork
 
     network = FusedNetwork(model)
     values = [lanes(array) for array in rows(64).values()]
@@ -90,7 +90,7 @@ def figures(name: str) -> tuple[float, float]:
     use()
     import drjit as dr
 
-    from purelight_mitsuba import compile_cost
+    from purelight_mitsuba.translate import compile_cost
 
     dr.set_thread_count(0)
     g = Graph()

@@ -36,7 +36,7 @@ from purelight_examples.scenes.sensor import Picture, sensor
 from purelight_format import atomic
 from purelight_format.bundle import Bundle
 from purelight_format.errors import PureLightError
-from purelight_format.geometry import BoundingSphere
+from purelight_format.measures import BoundingSphere
 
 SIZE = 128
 LARGEST = 0.1  # Metres; lamps of larger bounding spheres are scaled to it.

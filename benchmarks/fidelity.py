@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from purelight_export import photometry
-from purelight_format import geometry
+from purelight_format import measures
 from purelight_format.color import LUMINANCE
 from purelight_onnx.luminaire import Luminaire
 from purelight_train.learning.cap_samples import look, shading_points
@@ -324,7 +324,7 @@ def fast_map(subject: Subject, points: int = 256, samples: int = 8) -> Figures:
     for _ in range(samples):
         seen, facing = _cells(subject, point, rng)
         true, cosine = true + seen / samples, cosine + facing / samples
-    cap = geometry.cap(point.astype(np.float64), subject.description.sphere)
+    cap = measures.cap(point.astype(np.float64), subject.description.sphere)
     away = point.astype(np.float64) - np.asarray(subject.description.sphere.center)
     scale = cosine * (cap.solid_angle * (away**2).sum(1))[:, None]
     light = [(x * scale[..., None]).mean(1) for x in (told, true)]
@@ -344,8 +344,8 @@ def _cells(
     corner = np.stack(np.meshgrid(np.arange(side), np.arange(side)), -1).reshape(1, -1, 2)
     square = (corner + rng.random((len(point), side * side, 2))) / side
     here = np.repeat(point, side * side, 0)
-    cap = geometry.cap(here.astype(np.float64), sphere)
-    toward = geometry.cap_to_direction(square.reshape(-1, 2), cap).astype(np.float32)
+    cap = measures.cap(here.astype(np.float64), sphere)
+    toward = measures.cap_to_direction(square.reshape(-1, 2), cap).astype(np.float32)
     seen = look(subject.surface, subject.radiance, here, toward)
     outward = here - np.asarray(sphere.center)
     cosine = -np.einsum("nd,nd->n", toward, outward) / np.linalg.norm(outward, axis=1)
@@ -385,14 +385,14 @@ def _sampler_at(
     # Integral by midpoint quadrature over the cap's square
     axis = (np.arange(side) + 0.5) / side
     square = np.stack(np.meshgrid(axis, axis), -1).reshape(-1, 2)
-    cap = geometry.cap(np.repeat(point[None].astype(np.float64), len(square), 0), sphere)
-    toward = geometry.cap_to_direction(square, cap).astype(np.float32)
+    cap = measures.cap(np.repeat(point[None].astype(np.float64), len(square), 0), sphere)
+    toward = measures.cap_to_direction(square, cap).astype(np.float32)
     here = np.repeat(point[None], len(square), 0)
     density = luminaire.pdf_solid_angle(here, toward) * cap.solid_angle
     # Chi-square over 16x16 cells
     u = rng.random((len(square), 2)).astype(np.float32)
     drawn, pdf = luminaire.sample(here, u)
-    cell, inside = geometry.direction_to_cap(drawn.astype(np.float64), cap)
+    cell, inside = measures.direction_to_cap(drawn.astype(np.float64), cap)
     index = np.minimum((cell * 16).astype(int), 15)
     observed = np.bincount(index[:, 1] * 16 + index[:, 0], minlength=256)
     expected = density.reshape(16, side // 16, 16, side // 16).mean((1, 3)).reshape(-1)
@@ -411,7 +411,7 @@ def _sampler_at(
     return float(density.mean()), float(chi2.sf(statistic, 255)), ratio, size, light
 
 
-def _axis(point: NDArray[np.float32], sphere: geometry.BoundingSphere) -> NDArray[np.float64]:
+def _axis(point: NDArray[np.float32], sphere: measures.BoundingSphere) -> NDArray[np.float64]:
     """Unit normal of a receiver at `point` that faces away from the lamp's centre: [1, 3]."""
     offset = point.astype(np.float64) - np.asarray(sphere.center)
     return (offset / np.linalg.norm(offset))[None]
@@ -419,7 +419,7 @@ def _axis(point: NDArray[np.float32], sphere: geometry.BoundingSphere) -> NDArra
 
 def hosts(subject: Subject, count: int = 1 << 14) -> Figures:
     """Largest difference of the Mitsuba and the ONNX runtimes on the same queries."""
-    from purelight_mitsuba.luminaire import load
+    from purelight_mitsuba.lamps.luminaire import load
 
     rng = np.random.default_rng(9)
     fused = load(subject.bundle)

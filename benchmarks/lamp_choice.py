@@ -48,14 +48,14 @@ def main() -> int:
 
 
 def _row(arguments: argparse.Namespace, count: int) -> None:
-    from purelight_mitsuba import lamps
+    from purelight_mitsuba.lamps import table
 
-    ours, by_power = lamps.LampChoice, _by_power()
+    ours, by_power = table.LampChoice, _by_power()
     figures = []
     for choice in (ours, by_power):
-        lamps.LampChoice = choice  # type: ignore[misc]
+        table.LampChoice = choice  # type: ignore[misc]
         figures.append(_measure(arguments, count))
-    lamps.LampChoice = ours  # type: ignore[misc]
+    table.LampChoice = ours  # type: ignore[misc]
     (seconds, noise), (seconds_power, noise_power) = figures
     gain = seconds_power * noise_power / (seconds * noise)
     row = f"{seconds:8.3f} {seconds_power:8.3f} {noise:10.4f} {noise_power:10.4f} {gain:7.2f}"
@@ -102,7 +102,7 @@ def corridor(path: Path, count: int) -> dict[str, Any]:
     """A corridor, seen along its length, with one lamp in the middle or more all along."""
     import mitsuba as mi
 
-    from purelight_mitsuba.luminaire import load
+    from purelight_mitsuba.lamps.luminaire import load
 
     transform, sphere = mi.ScalarTransform4f, load(path).sphere
     length = APART * max(count, 30)

@@ -12,10 +12,10 @@ import mitsuba as mi
 import numpy as np
 from onnx import TensorProto, helper, numpy_helper
 
-from purelight_format.vectors import SIGNATURES
-from purelight_mitsuba.fused import FusedNetwork
-from purelight_mitsuba.golden import lanes
-from purelight_mitsuba.luminaire import Luminaire, load
+from purelight_format.networks.vectors import SIGNATURES
+from purelight_mitsuba.lamps.luminaire import Luminaire, load
+from purelight_mitsuba.translate.golden import lanes
+from purelight_mitsuba.translate.network import FusedNetwork
 from purelight_onnx.session import Session
 
 ROWS = 1 << 17

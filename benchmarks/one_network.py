@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from onnx import TensorProto, helper, numpy_helper
 
-from purelight_format.onnx_profile import IR_VERSION, OPSET
-from purelight_format.vectors import SIGNATURES
+from purelight_format.networks.profile import IR_VERSION, OPSET
+from purelight_format.networks.vectors import SIGNATURES
 
 FLOAT, INT32, INT64, BOOL = (getattr(TensorProto, t) for t in ("FLOAT", "INT32", "INT64", "BOOL"))
 DTYPES = {FLOAT: np.float32, INT32: np.int32, INT64: np.int64, BOOL: np.bool_}

@@ -19,8 +19,8 @@ from typing import Any
 import numpy as np
 
 from benchmarks.one_network import BOOL, FLOAT, INT32, INT64, Graph, rows
-from purelight_format import reference
-from purelight_format.onnx_profile import inspect
+from purelight_format.networks import reference
+from purelight_format.networks.profile import inspect
 from purelight_mitsuba.platform import use
 
 COPIES, RUNS, BAR = 8, 4, 5.0
@@ -195,8 +195,8 @@ def evaluation(evaluator: str, model: bytes, scale: float) -> Callable[[], Any]:
         return lambda: session(inputs)
     import drjit as dr
 
-    from purelight_mitsuba.fused import FusedNetwork
-    from purelight_mitsuba.golden import lanes
+    from purelight_mitsuba.translate.golden import lanes
+    from purelight_mitsuba.translate.network import FusedNetwork
 
     fused, values = FusedNetwork(model), [lanes(array) for array in inputs.values()]
 

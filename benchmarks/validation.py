@@ -24,8 +24,8 @@ import onnx
 from onnx import TensorProto, helper, numpy_helper
 
 from purelight_format import bundle, members
-from purelight_format.surface import Surface
-from purelight_format.validate import examine_file, validate
+from purelight_format.members.surface import Surface
+from purelight_format.validation.validate import examine_file, validate
 from tests.assets import golden_reports, lamp
 
 SHARES = {"appearance": 0.5, "transparency": 0.25, "sampler": 0.125, "sampler_pdf": 0.125}

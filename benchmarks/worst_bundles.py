@@ -25,7 +25,7 @@ import numpy as np
 from benchmarks.one_network import INT64, Body, Graph, layers, repeated
 from benchmarks.validation import measure
 from purelight_format import bundle, members
-from purelight_format.surface import Surface
+from purelight_format.members.surface import Surface
 from tests.assets import lamp
 
 VALIDATE, PICTURE, MEMORY = 10.0, 60.0, 512

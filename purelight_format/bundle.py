@@ -7,16 +7,17 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from purelight_format import atomic, container, usd_asset
-from purelight_format.container import Entry
+from purelight_format import atomic
 from purelight_format.errors import PureLightError
 from purelight_format.limits import LIMITS, Limits
-from purelight_format.manifest import Manifest, Member
-from purelight_format.members import MANIFEST, PHOTOMETRY
+from purelight_format.members import MANIFEST, PHOTOMETRY, container
 from purelight_format.members import PREVIEW as PREVIEW
-from purelight_format.surface import Surface
-from purelight_format.validate import Examination, examine, examine_file
-from purelight_format.vectors import Vectors
+from purelight_format.members.container import Entry
+from purelight_format.members.manifest import Manifest, Member
+from purelight_format.members.surface import Surface
+from purelight_format.networks.vectors import Vectors
+from purelight_format.usd import asset_layer
+from purelight_format.validation.validate import Examination, examine, examine_file
 
 
 @dataclass(frozen=True)
@@ -134,11 +135,11 @@ def arrange(manifest: Manifest, members: Mapping[str, bytes]) -> dict[str, bytes
 
 
 def _layer(manifest: Manifest, members: Mapping[str, bytes]) -> dict[str, bytes]:
-    name = f"{usd_asset.identifier(manifest.name)}.usda"
+    name = f"{asset_layer.identifier(manifest.name)}.usda"
     photometry = f"./{PHOTOMETRY}" if PHOTOMETRY in members else ""
-    paths = usd_asset.Paths(f"./{MANIFEST}", f"./{name}", photometry=photometry)
+    paths = asset_layer.Paths(f"./{MANIFEST}", f"./{name}", photometry=photometry)
     surface = Surface.from_members(members.__getitem__)
-    return {name: usd_asset.layer_text(manifest, surface, paths).encode()}
+    return {name: asset_layer.layer_text(manifest, surface, paths).encode()}
 
 
 def _describe(data: bytes) -> Member:

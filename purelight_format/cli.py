@@ -6,10 +6,11 @@ import argparse
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from purelight_format import command, strict_json
+from purelight_format import command
 from purelight_format.bundle import Bundle
+from purelight_format.members import strict_json
 from purelight_format.summary import summary_json, summary_text
-from purelight_format.validate import validate
+from purelight_format.validation.validate import validate
 
 
 def validate_main(argv: Sequence[str] | None = None) -> int:

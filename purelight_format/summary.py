@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from purelight_format import manifest
 from purelight_format.bundle import Bundle
 from purelight_format.color import lumens
-from purelight_format.fidelity import fidelity_words
 from purelight_format.issues import plain
+from purelight_format.members import manifest
+from purelight_format.members.fidelity import fidelity_words
 
 ABILITIES = {
     "appearance": "be looked at, and light a room",

@@ -15,7 +15,7 @@ from benchmarks import agreement
 from benchmarks.cuda import isolated
 from benchmarks.cuda.half_precision import half_bound
 from purelight_format.bundle import Bundle
-from purelight_format.vectors import SIGNATURES, Vectors, compare
+from purelight_format.networks.vectors import SIGNATURES, Vectors, compare
 
 REFERENCE = "llvm_ad_rgb"
 TRACED = 1e-4  # Metres.

@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from purelight_format import reference
-from purelight_format.conformance.golden import judge
-from purelight_format.conformance.lamps import UNITS
-from purelight_format.vectors import Vectors
+from purelight_conformance.lamps import UNITS
+from purelight_format.networks import reference
+from purelight_format.networks.golden import judge
+from purelight_format.networks.vectors import Vectors
 
 ROUNDING = 2.0**-11  # Relative, to the nearest.
 FLOOR = 8 * ROUNDING  # In the place of single precision's 1e-4.

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
+from purelight_conformance.lamps import LAMPS
 from purelight_format import bundle
-from purelight_format.conformance.lamps import LAMPS
-from purelight_format.surface import Surface
+from purelight_format.members.surface import Surface
 
 
 def write(path: Path) -> Path:

@@ -15,11 +15,11 @@ from onnx import TensorProto, helper, numpy_helper
 from benchmarks.agreement import passes
 from benchmarks.network_speed import fused_seconds, peak, seconds
 from purelight_format.bundle import Bundle
-from purelight_format.vectors import SIGNATURES
-from purelight_mitsuba import first_hit
-from purelight_mitsuba.fused import FusedNetwork
-from purelight_mitsuba.golden import Arrays, ReducedPrecisionWarning, evaluate, lanes
-from purelight_mitsuba.luminaire import load
+from purelight_format.networks.vectors import SIGNATURES
+from purelight_mitsuba.lamps.luminaire import load
+from purelight_mitsuba.output import first_hit
+from purelight_mitsuba.translate.golden import Arrays, ReducedPrecisionWarning, evaluate, lanes
+from purelight_mitsuba.translate.network import FusedNetwork
 
 SIZE, SPP, DEPTH = 32, 64, 4
 HEIGHT = 3.0

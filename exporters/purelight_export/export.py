@@ -15,13 +15,14 @@ from tqdm import tqdm
 
 from purelight_export.parts import CHOICES, Part, make_parts, require_agreement
 from purelight_export.photometry import Intensity, ies_file, intensity, unit_ies_file
-from purelight_format import atomic, bundle, color, usd_asset
-from purelight_format.conformance.golden import golden_vectors
+from purelight_format import atomic, bundle, color
 from purelight_format.errors import PureLightError
-from purelight_format.manifest import Manifest, NetworkInfo
 from purelight_format.members import PHOTOMETRY, PREVIEW
-from purelight_format.onnx_profile import inspect
-from purelight_format.surface import Surface
+from purelight_format.members.manifest import Manifest, NetworkInfo
+from purelight_format.members.surface import Surface
+from purelight_format.networks.golden import golden_vectors
+from purelight_format.networks.profile import inspect
+from purelight_format.usd import asset_layer
 from purelight_onnx.camera import Camera
 from purelight_onnx.luminaire import Luminaire
 from purelight_onnx.picture import png
@@ -205,11 +206,11 @@ def _beside(lamp: Lamp, written: bundle.Bundle) -> list[Path]:
     """Writes the photometric file, the shape for USD lights, and the USD asset."""
     files = [written.path.with_suffix(suffix) for suffix in (".ies", ".shape.ies", ".usda")]
     photometry, shape, asset = files
-    paths = usd_asset.Paths(
+    paths = asset_layer.Paths(
         f"./{written.path.name}", f"./{asset.name}", written.digest, f"./{shape.name}"
     )
     atomic.write_bytes(photometry, lamp.photometry)
     atomic.write_bytes(shape, unit_ies_file(lamp.intensity, name=lamp.name, issued=lamp.issued))
-    text = usd_asset.layer_text(written.manifest, lamp.surface, paths)
+    text = asset_layer.layer_text(written.manifest, lamp.surface, paths)
     atomic.write_bytes(asset, text.encode())
     return files

@@ -1,4 +1,4 @@
-"""Frames, disk maps and caps as graph pieces; `purelight_format.geometry` is their reference.
+"""Frames, disk maps and caps as graph pieces; `purelight_format.measures` is their reference.
 
 Vectors are values of shape [N, 3], single coordinates [N, 1].
 """

@@ -11,14 +11,14 @@ import torch
 from torch import nn
 
 from purelight_export import networks
-from purelight_format.conformance.probes import (
+from purelight_format.errors import PureLightError
+from purelight_format.networks.probes import (
     Arrays,
     pdf_probes,
     points,
     sampler_probes,
     surface_probes,
 )
-from purelight_format.errors import PureLightError
 from purelight_onnx.session import Session
 from purelight_train.light.description import Description
 from purelight_train.runs.run_directory import Networks

@@ -13,9 +13,10 @@ import numpy as np
 import onnx
 from onnx import TensorProto, helper, numpy_helper
 
-from purelight_format import container, npy, usd_asset
 from purelight_format.issues import FormatError
 from purelight_format.limits import LIMITS
+from purelight_format.members import container, npy
+from purelight_format.usd import asset_layer
 from tests.assets import lamp
 
 Asset = Callable[[], bytes]
@@ -635,8 +636,8 @@ def side_digest() -> str:
 
 def side_text() -> str:
     """The layer that belongs beside the good lamp as lamp.plux."""
-    paths = usd_asset.Paths("./lamp.plux", "./lamp.usda", side_digest())
-    return usd_asset.layer_text(lamp.parts()[0], lamp.surface(), paths)
+    paths = asset_layer.Paths("./lamp.plux", "./lamp.usda", side_digest())
+    return asset_layer.layer_text(lamp.parts()[0], lamp.surface(), paths)
 
 
 # Golden vectors, pictures and others

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import onnx
 
-from purelight_format import container
-from purelight_format.vectors import Vectors
+from purelight_format.members import container
+from purelight_format.networks.vectors import Vectors
 from tests.assets import smallest
 
 SPEC = Path(__file__).parents[2] / "spec"

@@ -6,8 +6,8 @@ import json
 import tempfile
 from pathlib import Path
 
-from purelight_format.report import Report
-from purelight_format.validate import validate
+from purelight_format.validation.report import Report
+from purelight_format.validation.validate import validate
 from tests.assets import bad, hostile, lamp
 from tests.assets.bad import Asset
 

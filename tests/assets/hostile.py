@@ -17,8 +17,8 @@ import numpy as np
 import onnx
 from onnx import TensorProto, helper
 
-from purelight_format import container, npy
 from purelight_format.limits import LIMITS
+from purelight_format.members import container, npy
 from tests.assets import bad, lamp
 from tests.assets.bad import APPEARANCE, Asset, asset, edited, layer, manifest, network, nodes, one
 

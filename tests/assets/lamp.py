@@ -13,12 +13,14 @@ import numpy as np
 import onnx
 from onnx import TensorProto, helper, numpy_helper
 
-from purelight_format import bundle, container, members, reference
-from purelight_format.geometry import BoundingSphere
-from purelight_format.manifest import Manifest, NetworkInfo
-from purelight_format.onnx_profile import inspect
-from purelight_format.surface import Surface
-from purelight_format.vectors import SIGNATURES, Vectors
+from purelight_format import bundle, members
+from purelight_format.measures import BoundingSphere
+from purelight_format.members import container
+from purelight_format.members.manifest import Manifest, NetworkInfo
+from purelight_format.members.surface import Surface
+from purelight_format.networks import reference
+from purelight_format.networks.profile import inspect
+from purelight_format.networks.vectors import SIGNATURES, Vectors
 
 SPHERE = BoundingSphere((0.0, 0.0, 0.5), 0.1)
 FLUX = (4.0, 2.0, 1.0)

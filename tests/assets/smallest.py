@@ -7,11 +7,13 @@ import math
 import numpy as np
 import onnx
 
-from purelight_format import bundle, container, members, reference
-from purelight_format.geometry import BoundingSphere
-from purelight_format.manifest import Manifest
-from purelight_format.surface import Surface
-from purelight_format.vectors import SIGNATURES, Vectors
+from purelight_format import bundle, members
+from purelight_format.measures import BoundingSphere
+from purelight_format.members import container
+from purelight_format.members.manifest import Manifest
+from purelight_format.members.surface import Surface
+from purelight_format.networks import reference
+from purelight_format.networks.vectors import SIGNATURES, Vectors
 from tests.assets import lamp
 
 # Two triangles, 1 m by 1 m, that shine upwards.

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from purelight_format.conformance import maker, suite
-from purelight_format.conformance.suite import Suite
+from purelight_conformance import maker, suite
+from purelight_conformance.suite import Suite
 from purelight_mitsuba import use
 
 use()

@@ -10,13 +10,14 @@ from typing import Any
 
 import numpy as np
 
-from purelight_format import geometry, reference
+from purelight_conformance import operations, protocol
+from purelight_conformance.operations import OPERATIONS, Instance, Lamp, Query
+from purelight_format import measures
 from purelight_format.bundle import Bundle
-from purelight_format.conformance import operations, protocol
-from purelight_format.conformance.operations import OPERATIONS, Instance, Lamp, Query
 from purelight_format.errors import PureLightError
-from purelight_format.report import Report
-from purelight_format.validate import validate
+from purelight_format.networks import reference
+from purelight_format.validation.report import Report
+from purelight_format.validation.validate import validate
 
 Arrays = dict[str, np.ndarray]
 
@@ -84,14 +85,14 @@ def cosine_measure() -> None:
 
 def cancellation() -> None:
     """1 - cos as it is written."""
-    right = geometry.cap
+    right = measures.cap
 
-    def cap(point: np.ndarray, sphere: geometry.BoundingSphere) -> geometry.Cap:
+    def cap(point: np.ndarray, sphere: measures.BoundingSphere) -> measures.Cap:
         view = right(point, sphere)
         sine = np.sqrt(view.one_minus_cos * (2 - view.one_minus_cos))
         return replace(view, one_minus_cos=1 - np.sqrt(1 - sine * sine))
 
-    geometry.cap = cap
+    measures.cap = cap
 
 
 def transposed_map() -> None:
@@ -183,9 +184,9 @@ def swapped_square() -> None:
     """Directions with the sides of the cap's square exchanged, and their density left as it is."""
 
     def mirror(ask: Query, answer: Arrays) -> Arrays:
-        view = geometry.cap(ask["point"], ask.sphere)
-        square, _ = geometry.direction_to_cap(answer["toward"], view)
-        return {**answer, "toward": geometry.cap_to_direction(square[:, ::-1], view)}
+        view = measures.cap(ask["point"], ask.sphere)
+        square, _ = measures.direction_to_cap(answer["toward"], view)
+        return {**answer, "toward": measures.cap_to_direction(square[:, ::-1], view)}
 
     spoil("sampler", mirror)
 

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from purelight_format.conformance import runner, sampling
-from purelight_format.conformance.protocol import READER
-from purelight_format.conformance.results import FAILED
-from purelight_format.conformance.suite import Suite
+from purelight_conformance import runner, sampling
+from purelight_conformance.protocol import READER
+from purelight_conformance.results import FAILED
+from purelight_conformance.suite import Suite
 from tests.conformance.faulty_host import FAULTS
 
 HOST = Path(__file__).with_name("faulty_host.py")

@@ -9,13 +9,13 @@ from pathlib import Path
 
 import pytest
 
+from purelight_conformance import cli, maker, runner
+from purelight_conformance.operations import OPERATIONS
+from purelight_conformance.protocol import READER
+from purelight_conformance.results import SKIPPED, Report
+from purelight_conformance.suite import Suite
+from purelight_conformance.text import to_text
 from purelight_format.bundle import Bundle
-from purelight_format.conformance import cli, maker, runner
-from purelight_format.conformance.operations import OPERATIONS
-from purelight_format.conformance.protocol import READER
-from purelight_format.conformance.results import SKIPPED, Report
-from purelight_format.conformance.suite import Suite
-from purelight_format.conformance.text import to_text
 
 NODE = Path(__file__).parents[2] / "examples/hosts/node"
 SPARED = {  # Operations that rendering in Mitsuba has no use for.

@@ -9,12 +9,12 @@ import mitsuba as mi
 import numpy as np
 import pytest
 
-from purelight_format import container, npy
 from purelight_format.bundle import Bundle
 from purelight_format.errors import PureLightError
+from purelight_format.members import container, npy
 from purelight_format.members import network as member_of
-from purelight_format.vectors import SIGNATURES
-from purelight_mitsuba.luminaire import load
+from purelight_format.networks.vectors import SIGNATURES
+from purelight_mitsuba.lamps.luminaire import load
 from purelight_onnx.luminaire import Luminaire
 from tests.assets import lamp
 

@@ -12,10 +12,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from purelight_format.conformance import cli, protocol, runner
-from purelight_format.conformance.client import HostError
-from purelight_format.conformance.suite import Suite
-from purelight_format.conformance.text import to_text
+from purelight_conformance import cli, protocol, runner
+from purelight_conformance.client import HostError
+from purelight_conformance.suite import Suite
+from purelight_conformance.text import to_text
 from purelight_format.errors import PureLightError
 
 BROKEN = Path(__file__).with_name("broken_host.py")

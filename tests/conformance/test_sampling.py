@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from purelight_format.conformance import runner, sampling
-from purelight_format.conformance.lamps import SPHERE
-from purelight_format.conformance.results import SKIPPED
-from purelight_format.conformance.sampling import CLOSURE, COUNT, LEVEL, RADII
-from purelight_format.conformance.suite import Suite
-from purelight_format.geometry import cap, cap_to_direction, direction_to_cap
+from purelight_conformance import runner, sampling
+from purelight_conformance.lamps import SPHERE
+from purelight_conformance.results import SKIPPED
+from purelight_conformance.sampling import CLOSURE, COUNT, LEVEL, RADII
+from purelight_conformance.suite import Suite
+from purelight_format.measures import cap, cap_to_direction, direction_to_cap
 
 Arrays = dict[str, np.ndarray]
 Change = Callable[[np.ndarray], np.ndarray]

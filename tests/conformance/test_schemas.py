@@ -12,10 +12,10 @@ import jsonschema
 import pytest
 from referencing import Registry
 
-from purelight_format.conformance import runner, suite
-from purelight_format.conformance.client import Client
-from purelight_format.conformance.protocol import READER
-from purelight_format.conformance.suite import REQUIRED, Suite
+from purelight_conformance import runner, suite
+from purelight_conformance.client import Client
+from purelight_conformance.protocol import READER
+from purelight_conformance.suite import REQUIRED, Suite
 
 FOLDER = Path(__file__).parents[2] / "spec/schema"
 SCHEMAS = {path.name: json.loads(path.read_text()) for path in FOLDER.glob("*.json")}

@@ -15,17 +15,17 @@ import onnx
 import pytest
 from onnx.reference import ReferenceEvaluator
 
+from purelight_conformance import broken, cli, lamps, runner, sampling, suite
+from purelight_conformance.flags import FLAGS
+from purelight_conformance.operations import OPERATIONS, Lamp
+from purelight_conformance.protocol import READER
+from purelight_conformance.suite import NEVER, REQUIRED, Suite, VectorSet
 from purelight_format.bundle import Bundle
-from purelight_format.conformance import broken, cli, lamps, runner, sampling, suite
-from purelight_format.conformance.flags import FLAGS
-from purelight_format.conformance.operations import OPERATIONS, Lamp
-from purelight_format.conformance.protocol import READER
-from purelight_format.conformance.suite import NEVER, REQUIRED, Suite, VectorSet
 from purelight_format.errors import PureLightError
-from purelight_format.geometry import cap, cap_to_direction
 from purelight_format.issues import CODES
-from purelight_format.validate import validate
-from purelight_format.vectors import SIGNATURES
+from purelight_format.measures import cap, cap_to_direction
+from purelight_format.networks.vectors import SIGNATURES
+from purelight_format.validation.validate import validate
 
 GROUPS = [
     "appearance", "transparency", "sampler", "sampler_pdf", "fast_map", "frames", "cap",

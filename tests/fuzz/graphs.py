@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from onnx import TensorProto, helper, numpy_helper
 
-from purelight_format.onnx_operators import BOOL, FLOAT, INT32, INT64, OPERATORS, Shape
-from purelight_format.onnx_profile import IR_VERSION, OPSET
-from purelight_format.vectors import SIGNATURES
+from purelight_format.networks.operators import BOOL, FLOAT, INT32, INT64, OPERATORS, Shape
+from purelight_format.networks.profile import IR_VERSION, OPSET
+from purelight_format.networks.vectors import SIGNATURES
 
 NUMBERS = {FLOAT: TensorProto.FLOAT, INT32: TensorProto.INT32, INT64: TensorProto.INT64,
            BOOL: TensorProto.BOOL}  # fmt: skip

@@ -10,7 +10,7 @@ import re
 from collections.abc import Callable
 from random import Random
 
-from purelight_format.usd_text import (
+from purelight_format.usd.text import (
     COMPOSING,
     LAYER_FIELDS,
     PRIM_FIELDS,

@@ -16,12 +16,12 @@ import onnxruntime
 from google.protobuf.descriptor import FieldDescriptor
 from onnxruntime.capi import onnxruntime_pybind11_state as state
 
-from purelight_format import reference
 from purelight_format.errors import PureLightError
 from purelight_format.limits import LIMITS
-from purelight_format.onnx_operators import OPERATORS
-from purelight_format.onnx_profile import NetworkCost
-from purelight_format.vectors import SIGNATURES
+from purelight_format.networks import reference
+from purelight_format.networks.operators import OPERATORS
+from purelight_format.networks.profile import NetworkCost
+from purelight_format.networks.vectors import SIGNATURES
 from purelight_onnx.session import Session
 from tests.assets.mutation import mutate
 
@@ -100,9 +100,9 @@ def require_stated_time(data: bytes, network: str, cost: NetworkCost) -> None:
 
 def require_compiled(data: bytes, network: str) -> bool:
     """Dr.Jit compiles and evaluates what is not refused, in about the foretold time."""
-    from purelight_mitsuba import compile_cost, golden
-    from purelight_mitsuba.fused import FusedNetwork
     from purelight_mitsuba.platform import use
+    from purelight_mitsuba.translate import compile_cost, golden
+    from purelight_mitsuba.translate.network import FusedNetwork
 
     use()
     try:

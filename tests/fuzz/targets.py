@@ -15,11 +15,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from random import Random
 
-from purelight_format import container, manifest, npy, strict_json, usd_layer
 from purelight_format.issues import CODES, FormatError
-from purelight_format.manifest import parse
-from purelight_format.onnx_profile import NetworkCost, inspect
-from purelight_format.validate import examine
+from purelight_format.members import container, manifest, npy, strict_json
+from purelight_format.members.manifest import parse
+from purelight_format.networks.profile import NetworkCost, inspect
+from purelight_format.usd import layer
+from purelight_format.validation.validate import examine
 from tests.assets import bad, lamp
 from tests.assets.mutation import mutate
 from tests.fuzz import graphs, layers, networks
@@ -250,7 +251,7 @@ def make_layer(rng: Random) -> bytes:
 
 def layer_is_answered(data: bytes) -> bool:
     try:
-        return not list(usd_layer.check(data, layer_name(), good()))
+        return not list(layer.check(data, layer_name(), good()))
     except FormatError as error:
         return _refused(error, "PLX_USD_")
 

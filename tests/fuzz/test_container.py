@@ -8,7 +8,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from purelight_format import container
+from purelight_format.members import container
 from tests.fuzz import targets
 
 DEVICE = re.compile(r"(aux|con|nul|prn|com\d|lpt\d)(\.|$)")

@@ -9,8 +9,8 @@ from typing import Any
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from purelight_format import strict_json
-from purelight_format.manifest import parse
+from purelight_format.members import strict_json
+from purelight_format.members.manifest import parse
 from tests.assets import lamp
 from tests.fuzz.targets import manifest_comes_back
 

@@ -10,7 +10,7 @@ from benchmarks.fidelity import Subject
 from benchmarks.zoo.figures.enlarged import Enlarged
 from benchmarks.zoo.lamps.lamp import Lamp
 from benchmarks.zoo.settings import Settings
-from purelight_format.geometry import BoundingSphere
+from purelight_format.measures import BoundingSphere
 from purelight_train.truth.plane import Plane
 
 SETTLED = 0.02  # relative standard error of a mean from which on it says nothing

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.zoo.lamps.lamp import Lamp, enlarged
-from purelight_format.geometry import BoundingSphere
+from purelight_format.measures import BoundingSphere
 from purelight_train.truth.plane import Plane
 
 RADIUS = 20.0  # metres; rays are then lifted by a ten-thousandth of it

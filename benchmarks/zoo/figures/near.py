@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.zoo.figures.scenes import noise
-from purelight_format.geometry import BoundingSphere
+from purelight_format.measures import BoundingSphere
 from purelight_train.truth.picture import Picture
 
 HALF = 0.08  # half the side of a patch, in radii

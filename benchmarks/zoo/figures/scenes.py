@@ -9,7 +9,7 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
-from purelight_format.geometry import BoundingSphere
+from purelight_format.measures import BoundingSphere
 from purelight_train.truth.picture import Passes, Picture
 
 ROOM = 5.0  # half the side of the room, in radii of the lamp

@@ -28,7 +28,7 @@ def portrait(lamp: Lamp, size: int = 160, spp: int = 64) -> Image:
     """
     import mitsuba as mi
 
-    from purelight_format.geometry import BoundingSphere
+    from purelight_format.measures import BoundingSphere
     from purelight_train.truth.thin_lens import ThinLens
 
     level = ambient(lamp)

@@ -71,8 +71,8 @@ def _render(arguments: argparse.Namespace) -> int:
     mi = platform.use(arguments.variant)
     mi.set_log_level(mi.LogLevel.Error)
 
-    from purelight_mitsuba import first_hit, passes
-    from purelight_mitsuba.media import MediaWarning
+    from purelight_mitsuba.output import first_hit, passes
+    from purelight_mitsuba.transport.media import MediaWarning
     from purelight_onnx.picture import png, write_exr
 
     scene = _load(arguments)
@@ -104,7 +104,7 @@ def _render(arguments: argparse.Namespace) -> int:
 
 def _load(arguments: argparse.Namespace) -> Any:
     """The scene, with a warning for each thing on a USD stage that is not rendered as it says."""
-    from purelight_mitsuba.passes import load_scene
+    from purelight_mitsuba.output.passes import load_scene
     from purelight_mitsuba.usd_scene import load_usd
 
     if arguments.scene.suffix.lower() not in USD:

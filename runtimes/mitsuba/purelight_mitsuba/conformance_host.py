@@ -12,10 +12,10 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-from purelight_format.conformance import protocol
-from purelight_format.conformance.operations import OPERATIONS
+from purelight_conformance import protocol
+from purelight_conformance.operations import OPERATIONS
 from purelight_format.errors import PureLightError
-from purelight_format.vectors import SIGNATURES
+from purelight_format.networks.vectors import SIGNATURES
 from purelight_mitsuba.platform import use
 
 mi = use()
@@ -23,11 +23,11 @@ mi = use()
 import drjit as dr  # noqa: E402 - only once Mitsuba has a variant
 import numpy as np  # noqa: E402
 
-from purelight_mitsuba.cap import Cap, cap, frame  # noqa: E402
-from purelight_mitsuba.golden import evaluate, lanes, rows_of  # noqa: E402
-from purelight_mitsuba.lamps import Hit, Lamps, Place  # noqa: E402
-from purelight_mitsuba.luminaire import Luminaire, load  # noqa: E402
-from purelight_mitsuba.queries import Queries  # noqa: E402
+from purelight_mitsuba.lamps.luminaire import Luminaire, load  # noqa: E402
+from purelight_mitsuba.lamps.table import Hit, Lamps, Place  # noqa: E402
+from purelight_mitsuba.sampling.cap import Cap, cap, frame  # noqa: E402
+from purelight_mitsuba.translate.golden import evaluate, lanes, rows_of  # noqa: E402
+from purelight_mitsuba.transport.queries import Queries  # noqa: E402
 
 Arrays = dict[str, np.ndarray]
 Parameters = Mapping[str, Any]

@@ -34,7 +34,7 @@ def register() -> None:
         check_llvm()
     emitter, room_only, integrator = (
         importlib.import_module(f"purelight_mitsuba.{name}")
-        for name in ("emitter", "room_only", "integrator")
+        for name in ("lamps.emitter", "lamps.room_only", "transport.integrator")
     )
 
     def make(props: Any) -> Any:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from purelight_format.errors import PureLightError
-from purelight_format.geometry import BoundingSphere
+from purelight_format.measures import BoundingSphere
 
 MARGIN = 1.08
 

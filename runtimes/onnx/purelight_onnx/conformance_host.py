@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from purelight_format import geometry
+from purelight_conformance import protocol
+from purelight_format import measures
 from purelight_format.color import LUMINANCE
-from purelight_format.conformance import protocol
 from purelight_format.errors import PureLightError
-from purelight_format.geometry import BoundingSphere
-from purelight_format.vectors import SIGNATURES
+from purelight_format.measures import BoundingSphere
+from purelight_format.networks.vectors import SIGNATURES
 from purelight_onnx.exit_surface import ExitSurface
 from purelight_onnx.luminaire import Luminaire
 from purelight_onnx.viewer import shade
@@ -115,27 +115,27 @@ class OnnxHost:
     # Geometry
 
     def _frame(self, _: Parameters, axis: np.ndarray) -> Arrays:
-        tangent, bitangent = geometry.frame(axis)
+        tangent, bitangent = measures.frame(axis)
         return {"tangent": tangent, "bitangent": bitangent}
 
     def _square_to_disk(self, _: Parameters, u: np.ndarray) -> Arrays:
-        return {"disk": geometry.square_to_disk(u)}
+        return {"disk": measures.square_to_disk(u)}
 
     def _disk_to_square(self, _: Parameters, disk: np.ndarray) -> Arrays:
-        return {"u": geometry.disk_to_square(disk)}
+        return {"u": measures.disk_to_square(disk)}
 
     def _cap(self, given: Parameters, point: np.ndarray) -> Arrays:
-        cap = geometry.cap(point, _sphere(given))
+        cap = measures.cap(point, _sphere(given))
         outside = cap.outside.astype(np.float32)
         return {"axis": cap.axis, "one_minus_cos": cap.one_minus_cos, "outside": outside}
 
     def _cap_to_direction(self, given: Parameters, point: np.ndarray, u: np.ndarray) -> Arrays:
-        cap = geometry.cap(point, _sphere(given))
+        cap = measures.cap(point, _sphere(given))
         pdf = np.where(cap.outside, 1 / cap.solid_angle, 0)
-        return {"toward": geometry.cap_to_direction(u, cap), "pdf_solid_angle": pdf}
+        return {"toward": measures.cap_to_direction(u, cap), "pdf_solid_angle": pdf}
 
     def _direction_to_cap(self, given: Parameters, point: np.ndarray, toward: np.ndarray) -> Arrays:
-        square, inside = geometry.direction_to_cap(toward, geometry.cap(point, _sphere(given)))
+        square, inside = measures.direction_to_cap(toward, measures.cap(point, _sphere(given)))
         return {"u": square, "inside": inside.astype(np.float32)}
 
     def _area_to_solid_angle(
@@ -210,11 +210,11 @@ class OnnxHost:
         )
         corner = np.stack((chosen % 16, chosen // 16), 1)
         square = (corner + np.stack((rest, u[:, 1]), 1)) / 16
-        cap = geometry.cap(start, self.lamp.manifest.bounding_sphere)
+        cap = measures.cap(start, self.lamp.manifest.bounding_sphere)
         share = np.divide(total * cap.solid_angle, own * 256, out=np.zeros_like(own), where=lit)
         share *= cap.outside
         weight = place.dimmer * cells[rows, chosen] * share[:, None]
-        toward = geometry.cap_to_direction(square, cap)
+        toward = measures.cap_to_direction(square, cap)
         cosine = np.maximum((toward * place.direction(normal)).sum(1), 0)
         return {"irradiance": weight * cosine[:, None]}
 

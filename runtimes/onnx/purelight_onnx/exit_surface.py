@@ -8,8 +8,8 @@ import numpy as np
 import trimesh
 from trimesh.ray.ray_pyembree import RayMeshIntersector
 
-from purelight_format.geometry import BoundingSphere
-from purelight_format.surface import Surface
+from purelight_format.measures import BoundingSphere
+from purelight_format.members.surface import Surface
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,8 @@ import numpy as np
 
 from purelight_format.bundle import Bundle
 from purelight_format.errors import PureLightError
-from purelight_format.manifest import Manifest
-from purelight_format.vectors import Vectors, compare
+from purelight_format.members.manifest import Manifest
+from purelight_format.networks.vectors import Vectors, compare
 from purelight_onnx.session import Session
 
 UNIT_TOLERANCE = 1e-3

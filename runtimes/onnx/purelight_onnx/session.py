@@ -8,8 +8,8 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import onnxruntime
 
-from purelight_format import denormals
 from purelight_format.errors import PureLightError
+from purelight_format.networks import denormals
 
 Arrays = dict[str, np.ndarray]
 

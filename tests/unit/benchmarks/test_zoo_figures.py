@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from purelight_format.geometry import BoundingSphere
+from purelight_format.measures import BoundingSphere
 from purelight_mitsuba import use
 
 mi = use()

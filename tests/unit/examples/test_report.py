@@ -14,8 +14,8 @@ from PIL import Image as Pillow
 from purelight_examples import demo_report
 from purelight_examples.stages import Record
 from purelight_format.color import LUMINANCE
-from purelight_format.geometry import BoundingSphere
-from purelight_format.manifest import Manifest, NetworkInfo
+from purelight_format.measures import BoundingSphere
+from purelight_format.members.manifest import Manifest, NetworkInfo
 from purelight_onnx.picture import write_exr
 from purelight_train.report.grading import Grade, heat, white_balance
 from purelight_train.report.page import Row, Shot, Table, write_page

@@ -14,7 +14,7 @@ import trimesh
 from torch import nn
 
 from purelight_export.graph import Graph, Value
-from purelight_format.geometry import BoundingSphere
+from purelight_format.measures import BoundingSphere
 from purelight_onnx.session import Session
 from purelight_train.light.description import Description
 from purelight_train.networks.encodings import MLP, GridEncoding

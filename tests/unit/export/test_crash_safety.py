@@ -16,7 +16,7 @@ from purelight_export import export as module
 from purelight_export.export import export
 from purelight_format import bundle
 from purelight_format.errors import PureLightError
-from purelight_format.validate import validate
+from purelight_format.validation.validate import validate
 
 NAMES = ("lamp.plux", "lamp.ies", "lamp.shape.ies", "lamp.usda")
 Files = dict[str, bytes]

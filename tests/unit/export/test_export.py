@@ -14,12 +14,13 @@ from pxr import Usd, UsdUtils
 
 from purelight_export import cli, networks, parts
 from purelight_export.export import export
-from purelight_format import bundle, usd_asset
+from purelight_format import bundle
 from purelight_format.bundle import Bundle
 from purelight_format.color import lumens
 from purelight_format.errors import PureLightError
-from purelight_format.validate import validate
-from purelight_format.vectors import SIGNATURES
+from purelight_format.networks.vectors import SIGNATURES
+from purelight_format.usd import asset_layer
+from purelight_format.validation.validate import validate
 from purelight_onnx.luminaire import Luminaire
 from purelight_train.runs.run_directory import RunDirectory
 
@@ -100,7 +101,7 @@ def test_the_photometric_file_has_the_lumens(lamp: Path) -> None:
 
 def test_the_usd_asset_names_the_bundle(lamp: Path) -> None:
     stage = Usd.Stage.Open(str(lamp.with_suffix(".usda")))
-    (found,) = usd_asset.luminaires(stage)
+    (found,) = asset_layer.luminaires(stage)
     assert Path(found.bundle) == lamp
     assert found.digest == Bundle.open(lamp).digest
     shape = stage.GetPrimAtPath(found.fallback[0]).GetAttribute("inputs:shaping:ies:file").Get()

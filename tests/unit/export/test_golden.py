@@ -9,9 +9,9 @@ import pytest
 
 from purelight_export import networks
 from purelight_export.graph import Graph
-from purelight_format.conformance import probes
-from purelight_format.conformance.golden import COUNT, FLOOR, golden_vectors
 from purelight_format.errors import PureLightError
+from purelight_format.networks import probes
+from purelight_format.networks.golden import COUNT, FLOOR, golden_vectors
 from purelight_onnx.session import Session
 from purelight_train.light.description import Description
 from purelight_train.networks.sampler import Sampler

@@ -12,7 +12,7 @@ import torch
 from torch import nn
 
 from purelight_export import networks
-from purelight_format.geometry import cap, cap_to_direction
+from purelight_format.measures import cap, cap_to_direction
 from purelight_onnx.session import Session
 from purelight_train.light.description import Description
 from purelight_train.networks.fast_map import FastMap

@@ -14,8 +14,8 @@ from purelight_export.encodings import Features, harmonics, mlp, one_blob
 from purelight_export.flow import flow_density, flow_sample
 from purelight_export.graph import Graph, Value
 from purelight_export.grid import grid
-from purelight_format import geometry
-from purelight_format.geometry import BoundingSphere
+from purelight_format import measures
+from purelight_format.measures import BoundingSphere
 from purelight_train.networks import encodings
 from purelight_train.networks.coupling_flow import CouplingFlow
 
@@ -39,7 +39,7 @@ def points(unit: Unit, count: int, seed: int = 3) -> np.ndarray:
 def test_frame(run: Run, unit: Unit) -> None:
     axis = np.concatenate([unit(500), [[1e-4, 0, -1], [0, -1e-6, -1], [1e-12, 0, -1]]])
     axis = axis.astype(np.float32)
-    expected = geometry.frame(axis.astype(np.float64))
+    expected = measures.frame(axis.astype(np.float64))
     for k in (0, 1):
         result = run(lambda g, n, k=k: graph_geometry.frame(g, n)[k], axis)
         np.testing.assert_allclose(result, expected[k], atol=1e-6)
@@ -54,13 +54,13 @@ def square(count: int = 2000) -> np.ndarray:
 def test_square_to_disk(run: Run) -> None:
     u = square()
     result = run(lambda g, x: g.concat(graph_geometry.square_to_disk(g, x)), u)
-    np.testing.assert_allclose(result, geometry.square_to_disk(u.astype(np.float64)), atol=5e-7)
+    np.testing.assert_allclose(result, measures.square_to_disk(u.astype(np.float64)), atol=5e-7)
 
 
 def test_disk_to_square(run: Run) -> None:
-    disk = geometry.square_to_disk(square().astype(np.float64)).astype(np.float32)
+    disk = measures.square_to_disk(square().astype(np.float64)).astype(np.float32)
     result = run(lambda g, p: graph_geometry.disk_to_square(g, *g.columns(p)), disk)
-    np.testing.assert_allclose(result, geometry.disk_to_square(disk.astype(np.float64)), atol=5e-7)
+    np.testing.assert_allclose(result, measures.disk_to_square(disk.astype(np.float64)), atol=5e-7)
 
 
 def to_cap(graph: Graph, point: Value, u: Value) -> Value:
@@ -70,8 +70,8 @@ def to_cap(graph: Graph, point: Value, u: Value) -> Value:
 
 def test_cap_to_direction(run: Run, unit: Unit) -> None:
     u, point = square(), points(unit, 2000)
-    cap = geometry.cap(point.astype(np.float64), SPHERE)
-    expected = geometry.cap_to_direction(u.astype(np.float64), cap)
+    cap = measures.cap(point.astype(np.float64), SPHERE)
+    expected = measures.cap_to_direction(u.astype(np.float64), cap)
     result = run(to_cap, point, u)
     np.testing.assert_allclose(result[:, :3], expected, atol=1e-3)
     far = np.linalg.norm(point - SPHERE.center, axis=1) > 1.01 * SPHERE.radius
@@ -83,8 +83,8 @@ def test_direction_to_cap(run: Run, unit: Unit) -> None:
     u, point = 0.01 + 0.98 * square(), points(unit, 2000)
     near = np.linalg.norm(point - SPHERE.center, axis=1) < 1e3 * SPHERE.radius
     point, u = point[near], u[: near.sum()]
-    cap = geometry.cap(point.astype(np.float64), SPHERE)
-    toward = geometry.cap_to_direction(u.astype(np.float64), cap).astype(np.float32)
+    cap = measures.cap(point.astype(np.float64), SPHERE)
+    toward = measures.cap_to_direction(u.astype(np.float64), cap).astype(np.float32)
 
     def piece(graph: Graph, p: Value, t: Value) -> Value:
         view = graph_geometry.cap(graph, p, SPHERE.center, SPHERE.radius)

@@ -7,12 +7,12 @@ import io
 import numpy as np
 import pytest
 
-from purelight_format import npy
 from purelight_format.errors import PureLightError
-from purelight_format.geometry import BoundingSphere
 from purelight_format.issues import FormatError
-from purelight_format.surface import Surface
-from purelight_format.vectors import SIGNATURES, Vectors, compare, layout
+from purelight_format.measures import BoundingSphere
+from purelight_format.members import npy
+from purelight_format.members.surface import Surface
+from purelight_format.networks.vectors import SIGNATURES, Vectors, compare, layout
 from tests.assets import lamp
 
 ARRAYS = [

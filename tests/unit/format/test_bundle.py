@@ -16,9 +16,9 @@ from purelight_format import bundle, cli
 from purelight_format.bundle import Bundle
 from purelight_format.errors import PureLightError
 from purelight_format.limits import LIMITS
-from purelight_format.manifest import Manifest
-from purelight_format.report import Report
-from purelight_format.validate import validate
+from purelight_format.members.manifest import Manifest
+from purelight_format.validation.report import Report
+from purelight_format.validation.validate import validate
 from tests.assets import bad, lamp
 
 SCHEMA = json.loads((Path(__file__).parents[3] / "spec/schema/report.schema.json").read_text())

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from onnx import TensorProto, helper, numpy_helper
 
-from purelight_format import denormals, reference
+from purelight_format.networks import denormals, reference
 
 pytestmark = pytest.mark.skipif(
     not denormals.supported(), reason="the floating-point mode of this machine is not known"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from purelight_format.geometry import (
+from purelight_format.measures import (
     BoundingSphere,
     Cap,
     cap,

@@ -9,9 +9,9 @@ from typing import Any
 
 import pytest
 
-from purelight_format import validate as module
 from purelight_format.errors import PureLightError
-from purelight_format.validate import Examination, examine, validate
+from purelight_format.validation import validate as module
+from purelight_format.validation.validate import Examination, examine, validate
 from tests.assets import bad, lamp
 
 STAGES = ("_container", "_manifest", "_digests", "_layer", "_members", "_networks", "_surface",

@@ -13,7 +13,7 @@ import pytest
 from purelight_format import atomic, bundle, cli
 from purelight_format.errors import PureLightError
 from purelight_format.limits import LIMITS
-from purelight_format.validate import validate
+from purelight_format.validation.validate import validate
 from tests.assets import attacks_page, bad, lamp
 
 POSIX = pytest.mark.skipif(os.name != "posix", reason="pipes, devices and links of POSIX")

@@ -12,7 +12,7 @@ import pytest
 import purelight_format
 from purelight_format import usd_schema
 from purelight_format.errors import PureLightError
-from purelight_format.onnx_profile import inspect
+from purelight_format.networks.profile import inspect
 
 HEAVY = ("torch", "mitsuba", "onnxruntime", "pxr", "onnx", "scipy")
 MODULES = [
@@ -28,7 +28,7 @@ def loaded(statement: str) -> set[str]:
 
 
 def test_importing_every_module_loads_no_heavy_package() -> None:
-    assert "purelight_format.validate" in MODULES
+    assert "purelight_format.validation.validate" in MODULES
     assert loaded("\n".join(f"import {name}" for name in MODULES)) == set()
 
 

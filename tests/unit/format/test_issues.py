@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from purelight_format.issues import CODES, Severity
-from purelight_format.issues_document import document
+from purelight_format.validation.issues_document import document
 from tests.assets import bad, golden_reports, lamp
 
 SPEC = Path(__file__).parents[3] / "spec"
@@ -70,4 +70,6 @@ def test_the_specification_names_no_other_code() -> None:
 
 def test_the_list_of_issues_is_current() -> None:
     current = (SPEC / "ISSUES.md").read_text()
-    assert current == document(), "run: python -m purelight_format.issues_document > spec/ISSUES.md"
+    assert current == document(), (
+        "run: python -m purelight_format.validation.issues_document > spec/ISSUES.md"
+    )

@@ -10,7 +10,7 @@ import pytest
 from purelight_format.bundle import Bundle
 from purelight_format.errors import PureLightError
 from purelight_format.limits import LIMITS, Limits
-from purelight_format.validate import examine, validate
+from purelight_format.validation.validate import examine, validate
 from tests.assets import bad, lamp
 
 # A value just below what the good lamp has, and the code that says so.

@@ -11,10 +11,10 @@ import jsonschema
 import pytest
 from referencing import Registry
 
-from purelight_format import manifest, strict_json
 from purelight_format.errors import PureLightError
 from purelight_format.issues import FormatError
-from purelight_format.manifest import Member, parse
+from purelight_format.members import manifest, strict_json
+from purelight_format.members.manifest import Member, parse
 from tests.assets import lamp
 
 FOLDER = Path(__file__).parents[3] / "spec/schema"

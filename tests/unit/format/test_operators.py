@@ -11,10 +11,10 @@ import pytest
 from onnx import TensorProto, helper, numpy_helper
 from onnx.reference import ReferenceEvaluator
 
-from purelight_format import reference
-from purelight_format.onnx_operators import OPERATORS
-from purelight_format.onnx_profile import inspect
-from purelight_format.vectors import SIGNATURES, Signature
+from purelight_format.networks import reference
+from purelight_format.networks.operators import OPERATORS
+from purelight_format.networks.profile import inspect
+from purelight_format.networks.vectors import SIGNATURES, Signature
 
 ROWS = 5
 FLOAT, INT32, INT64, BOOL = (

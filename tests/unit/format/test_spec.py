@@ -9,7 +9,7 @@ import pytest
 
 from purelight_format.issues import CODES
 from purelight_format.limits import LIMITS, MIB
-from purelight_format.onnx_cost import (
+from purelight_format.networks.cost import (
     CALL,
     DISTANT,
     ELEMENT,
@@ -19,12 +19,12 @@ from purelight_format.onnx_cost import (
     NAME,
     PRODUCT,
 )
-from purelight_format.onnx_operators import OPERATORS
-from purelight_format.onnx_profile import IR_VERSION, OPSET
-from purelight_format.onnx_wire import FIELDS_EACH
-from purelight_format.usd_text import COMPOSING, LAYER_FIELDS, PRIM_FIELDS, PROPERTY_FIELDS
-from purelight_format.validate import validate
-from purelight_format.vectors import SIGNATURES
+from purelight_format.networks.operators import OPERATORS
+from purelight_format.networks.profile import IR_VERSION, OPSET
+from purelight_format.networks.vectors import SIGNATURES
+from purelight_format.networks.wire import FIELDS_EACH
+from purelight_format.usd.text import COMPOSING, LAYER_FIELDS, PRIM_FIELDS, PROPERTY_FIELDS
+from purelight_format.validation.validate import validate
 from tests.assets import example_page, smallest
 
 ROOT = Path(__file__).parents[3]
@@ -157,7 +157,7 @@ def test_every_equation_that_code_cites_is_stated() -> None:
     text = "".join(page.read_text() for page in PAGES)
     stated = [int(number) for number in re.findall(r"\*\*Eq\. (\d+)\*\*", text)]
     assert sorted(stated) == list(range(1, len(stated) + 1))
-    code = (ROOT / "purelight_format/geometry.py").read_text()
+    code = (ROOT / "purelight_format/measures.py").read_text()
     cited = {int(number) for number in re.findall(r"Eq\. (\d+)", code)}
     assert {1, 2, 3, 4, 5, 6, 7} == cited
 

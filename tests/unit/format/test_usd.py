@@ -14,9 +14,10 @@ import numpy as np
 import pytest
 from pxr import Usd, UsdGeom, UsdLux, UsdValidation
 
-from purelight_format import bundle, usd_layer, usd_schema
+from purelight_format import bundle, usd_schema
 from purelight_format.bundle import Bundle
-from purelight_format.usd_asset import Paths, identifier, layer_text, luminaires
+from purelight_format.usd import layer
+from purelight_format.usd.asset_layer import Paths, identifier, layer_text, luminaires
 from tests.assets import lamp
 
 usd_schema.register()
@@ -136,7 +137,7 @@ def test_any_name_makes_a_sound_layer(name: str) -> None:
     assert Usd.ModelAPI(prim).GetAssetName() == name
     assert prim.GetName() == identifier(name)
     present = {"lamp.plux", "lamp.usda", "lamp.ies"}
-    assert not list(usd_layer.check(text.encode(), "lamp.usda", present))
+    assert not list(layer.check(text.encode(), "lamp.usda", present))
 
 
 def test_the_layer_names_its_neighbours_only(asset: Path) -> None:
@@ -184,11 +185,12 @@ def test_a_scene_places_luminaires(asset: Path) -> None:
 def test_luminaires_are_found_whenever_the_schema_is_registered(asset: Path, moment: str) -> None:
     """A process builds its registry of schemas once, so each case has its own."""
     script = (
-        "import sys; from pxr import Usd; from purelight_format import usd_asset, usd_schema\n"
+        "import sys; from pxr import Usd; from purelight_format import usd_schema\n"
+        "from purelight_format.usd import asset_layer\n"
         "if sys.argv[2] == 'early': usd_schema.register()\n"
         "stage = Usd.Stage.Open(sys.argv[1])\n"
         "if sys.argv[2] == 'late': usd_schema.register()\n"
-        "found = usd_asset.luminaires(stage)\n"
+        "found = asset_layer.luminaires(stage)\n"
         "print(len(found), found[0].dimmer, stage.GetDefaultPrim().HasAPI(usd_schema.SCHEMA))\n"
     )
     command = [sys.executable, "-c", script, str(asset), moment]

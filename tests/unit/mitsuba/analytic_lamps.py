@@ -15,12 +15,13 @@ import trimesh
 
 from purelight_export import geometry
 from purelight_export.graph import Graph, Value
-from purelight_format import bundle, reference
-from purelight_format.geometry import BoundingSphere
-from purelight_format.manifest import Manifest, NetworkInfo
-from purelight_format.onnx_profile import inspect
-from purelight_format.surface import Surface
-from purelight_format.vectors import Vectors
+from purelight_format import bundle
+from purelight_format.measures import BoundingSphere
+from purelight_format.members.manifest import Manifest, NetworkInfo
+from purelight_format.members.surface import Surface
+from purelight_format.networks import reference
+from purelight_format.networks.profile import inspect
+from purelight_format.networks.vectors import Vectors
 
 CENTRE = (0.3, -0.2, 0.1)
 RADIUS = 0.25

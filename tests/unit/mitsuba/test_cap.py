@@ -6,11 +6,11 @@ import mitsuba as mi
 import numpy as np
 import pytest
 
-from purelight_format import geometry
-from purelight_mitsuba.cap import cap, frame
+from purelight_format import measures
+from purelight_mitsuba.sampling.cap import cap, frame
 
 CENTRE, RADIUS = (0.3, -0.2, 0.1), 0.25
-SPHERE = geometry.BoundingSphere(CENTRE, RADIUS)
+SPHERE = measures.BoundingSphere(CENTRE, RADIUS)
 
 
 def points() -> np.ndarray:
@@ -25,7 +25,7 @@ def points() -> np.ndarray:
 
 
 def test_cap_equals_the_reference() -> None:
-    reference = geometry.cap(points().astype(np.float64), SPHERE)
+    reference = measures.cap(points().astype(np.float64), SPHERE)
     ours = cap(mi.Point3f(points().T), mi.Point3f(*CENTRE), mi.Float(RADIUS))
     outside = np.array(ours.outside)
     np.testing.assert_array_equal(outside, reference.outside)
@@ -34,7 +34,7 @@ def test_cap_equals_the_reference() -> None:
     )
     u = np.random.default_rng(1).random((200, 2)).astype(np.float32)
     toward = np.array(ours.direction(mi.Point2f(u.T))).T
-    expected = geometry.cap_to_direction(u.astype(np.float64), reference)
+    expected = measures.cap_to_direction(u.astype(np.float64), reference)
     smooth = outside & (reference.axis[:, 2] > -0.9999)  # The frame is singular at -Z.
     np.testing.assert_allclose(toward[smooth], expected[smooth], atol=2e-4)
     cosine, wanted = ((d * reference.axis).sum(1)[outside] for d in (toward, expected))
@@ -50,6 +50,6 @@ def test_frame_equals_the_reference(z: float) -> None:
     x = np.sqrt(max(0.0, 1 - z * z))
     axis = np.array([[x, 0, z], [x * 0.6, -x * 0.8, z]], np.float32)
     tangent, bitangent, n = frame(mi.Vector3f(axis.T))
-    for ours, reference in zip((tangent, bitangent), geometry.frame(axis), strict=True):
+    for ours, reference in zip((tangent, bitangent), measures.frame(axis), strict=True):
         np.testing.assert_allclose(np.array(ours).T, reference, atol=1e-5)
     np.testing.assert_allclose(np.array(mi.Vector3f(n)).T, axis)

@@ -11,8 +11,8 @@ import numpy as np
 import OpenEXR
 import pytest
 
-from purelight_mitsuba import passes
 from purelight_mitsuba.cli import main
+from purelight_mitsuba.output import passes
 
 SCENE = """<scene version="3.0.0">{integrator}
 <sensor type="perspective"><transform name="to_world">

@@ -11,8 +11,8 @@ from onnx import TensorProto
 
 from purelight_format.bundle import Bundle
 from purelight_format.errors import PureLightError
-from purelight_mitsuba.compile_cost import ELEMENTS, LAYERS, require_compilable, seconds
-from purelight_mitsuba.luminaire import Luminaire
+from purelight_mitsuba.lamps.luminaire import Luminaire
+from purelight_mitsuba.translate.compile_cost import ELEMENTS, LAYERS, require_compilable, seconds
 from tests.assets import bad, lamp
 from tests.assets.bad import APPEARANCE, one
 

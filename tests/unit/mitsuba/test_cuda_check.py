@@ -17,13 +17,13 @@ import pytest
 from benchmarks.cuda import __main__ as command
 from benchmarks.cuda import checks, half_precision, isolated, lamp, on_device
 from benchmarks.cuda.checks import FAIL, FIGURE, PASS, REFERENCE, SKIPPED, Subject, run
+from purelight_conformance.lamps import LAMPS
 from purelight_format.bundle import Bundle
-from purelight_format.conformance.lamps import LAMPS
 from purelight_format.errors import PureLightError
 from purelight_format.members import network as member
-from purelight_format.vectors import SIGNATURES
-from purelight_mitsuba.fused import Dense
-from purelight_mitsuba.lamps import Hit, Lamps
+from purelight_format.networks.vectors import SIGNATURES
+from purelight_mitsuba.lamps.table import Hit, Lamps
+from purelight_mitsuba.translate.network import Dense
 
 FAULTY = "llvm_faulty_rgb"
 

@@ -10,8 +10,8 @@ import mitsuba as mi
 import numpy as np
 import pytest
 
-from purelight_mitsuba.lamps import Lamps
-from purelight_mitsuba.luminaire import load
+from purelight_mitsuba.lamps.luminaire import load
+from purelight_mitsuba.lamps.table import Lamps
 
 T = mi.ScalarTransform4f
 

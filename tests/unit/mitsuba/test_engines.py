@@ -16,7 +16,8 @@ from agreement import agree, passes
 
 from purelight_export.graph import Graph
 from purelight_format.errors import PureLightError
-from purelight_mitsuba import (
+from purelight_mitsuba.lamps.luminaire import load
+from purelight_mitsuba.transport import (
     answers,
     batched_maps,
     integrator,
@@ -25,7 +26,6 @@ from purelight_mitsuba import (
     queued,
     scene_parts,
 )
-from purelight_mitsuba.luminaire import load
 from purelight_onnx.luminaire import Luminaire
 
 ENGINES = ("fused", "queued")

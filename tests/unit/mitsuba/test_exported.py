@@ -14,8 +14,8 @@ import torch
 from torch import nn
 
 from purelight_export import networks
-from purelight_format.geometry import BoundingSphere
-from purelight_mitsuba.fused import FusedNetwork
+from purelight_format.measures import BoundingSphere
+from purelight_mitsuba.translate.network import FusedNetwork
 from purelight_onnx.session import Session
 from purelight_train.light.description import Description
 from purelight_train.networks.encodings import MLP, GridEncoding

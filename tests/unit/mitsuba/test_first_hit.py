@@ -9,7 +9,7 @@ import mitsuba as mi
 import numpy as np
 import pytest
 
-from purelight_mitsuba.first_hit import layers
+from purelight_mitsuba.output.first_hit import layers
 
 
 @pytest.fixture

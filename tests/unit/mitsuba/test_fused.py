@@ -14,7 +14,7 @@ import pytest
 from onnx import TensorProto, helper, numpy_helper
 
 from purelight_format.errors import PureLightError
-from purelight_mitsuba.fused import FusedNetwork
+from purelight_mitsuba.translate.network import FusedNetwork
 
 ROWS = 67
 TOLERANCE = 1e-4

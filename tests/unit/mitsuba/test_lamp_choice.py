@@ -15,9 +15,9 @@ from scipy import stats
 from test_room_only import photometry
 
 from purelight_format.members import PHOTOMETRY
-from purelight_mitsuba import lamp_choice
-from purelight_mitsuba.lamp_choice import SIDE, cell, intensities
-from purelight_mitsuba.lamps import Lamps
+from purelight_mitsuba.lamps import lamp_choice
+from purelight_mitsuba.lamps.lamp_choice import SIDE, cell, intensities
+from purelight_mitsuba.lamps.table import Lamps
 
 T = mi.ScalarTransform4f
 DRAWS = 1 << 17

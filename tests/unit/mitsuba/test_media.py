@@ -11,9 +11,9 @@ import mitsuba as mi
 import numpy as np
 import pytest
 
-from purelight_mitsuba import passes
 from purelight_mitsuba.cli import main
-from purelight_mitsuba.media import MediaWarning, ignored
+from purelight_mitsuba.output import passes
+from purelight_mitsuba.transport.media import MediaWarning, ignored
 
 FOG: dict[str, Any] = {"type": "homogeneous", "sigma_t": 1.0, "albedo": 0.5}
 SCENE = """<scene version="3.0.0">

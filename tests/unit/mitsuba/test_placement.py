@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from purelight_format.errors import PureLightError
-from purelight_mitsuba.placement import Placement
+from purelight_mitsuba.lamps.placement import Placement
 
 
 def matrix(linear: np.ndarray) -> np.ndarray:

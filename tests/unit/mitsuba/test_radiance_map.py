@@ -11,12 +11,13 @@ import pytest
 from analytic_lamps import CENTRE, RADIUS, SPHERE, ball, shining_map
 from scipy import stats
 
-from purelight_format import geometry
+from purelight_format import measures
 from purelight_format.color import LUMINANCE
-from purelight_mitsuba import batched_maps, conformance_host
-from purelight_mitsuba.luminaire import load
-from purelight_mitsuba.operators import row
-from purelight_mitsuba.radiance_map import SIDE, Drawn, draw, lit
+from purelight_mitsuba import conformance_host
+from purelight_mitsuba.lamps.luminaire import load
+from purelight_mitsuba.sampling.radiance_map import SIDE, Drawn, draw, lit
+from purelight_mitsuba.translate.operators import row
+from purelight_mitsuba.transport import batched_maps
 from purelight_onnx.luminaire import Luminaire
 
 CELLS = SIDE * SIDE
@@ -195,8 +196,8 @@ def integral(bundle: Path, point: np.ndarray, normal: np.ndarray, fine: int = 16
     """Irradiance of the bundle's map at a point: [3]."""
     maps = Luminaire.open(bundle).radiance_map(point[None].astype(np.float32))[0]
     grid = (np.stack(np.meshgrid(*2 * [np.arange(SIDE * fine)]), -1) + 0.5) / (SIDE * fine)
-    view = geometry.cap(np.tile(point, (grid[..., 0].size, 1)), SPHERE)
-    toward = geometry.cap_to_direction(grid.reshape(-1, 2), view)
+    view = measures.cap(np.tile(point, (grid[..., 0].size, 1)), SPHERE)
+    toward = measures.cap_to_direction(grid.reshape(-1, 2), view)
     cosine = np.maximum(toward @ normal, 0).reshape(SIDE * fine, SIDE * fine, 1)
     radiance = maps.repeat(fine, 0).repeat(fine, 1)
     return (radiance * cosine).mean((0, 1)) * 2 * np.pi * view.one_minus_cos[0]

@@ -11,8 +11,8 @@ import pytest
 import trimesh
 from scipy import stats
 
-from purelight_format.surface import Surface
-from purelight_mitsuba.surface_sampler import (
+from purelight_format.members.surface import Surface
+from purelight_mitsuba.sampling.surface_sampler import (
     DEFENSIVE,
     SHELL,
     SurfaceSampler,

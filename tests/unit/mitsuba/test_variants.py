@@ -78,7 +78,7 @@ everything()
 mi.set_variant("llvm_ad_rgb")
 scene = room()
 assert render(scene).mean() > 0.1
-from purelight_mitsuba import first_hit, passes
+from purelight_mitsuba.output import first_hit, passes
 assert first_hit.layers(scene)["albedo"].max() > 0.99  # The lamp counts as white.
 assert isinstance(passes.integrator_for(scene), mi.SamplingIntegrator)
 """,
@@ -90,15 +90,16 @@ def test_coming_back_restores_the_very_same_modules(bundle: Path) -> None:
     run(
         """
 mi.set_variant("llvm_ad_rgb")
-from purelight_mitsuba.integrator import PureLightIntegrator
-from purelight_mitsuba.emitter import PureLightEmitter
+from purelight_mitsuba.transport.integrator import PureLightIntegrator
+from purelight_mitsuba.lamps.emitter import PureLightEmitter
 scene, before = room(), everything()
 image = render(scene)
 for name in ("scalar_rgb", "llvm_ad_rgb", "llvm_ad_mono", "llvm_ad_spectral", "llvm_ad_rgb"):
     mi.set_variant(name)
     everything()
 assert everything() == before
-from purelight_mitsuba import emitter, integrator
+from purelight_mitsuba.lamps import emitter
+from purelight_mitsuba.transport import integrator
 assert integrator.PureLightIntegrator is PureLightIntegrator
 assert isinstance(mi.load_dict({"type": "purelight"}), PureLightIntegrator)
 assert isinstance(scene.emitters()[0], PureLightEmitter)
@@ -116,7 +117,7 @@ mi.set_variant("llvm_ad_mono")
 everything()
 from purelight_mitsuba import conformance_host
 assert mi.variant() == "llvm_ad_rgb"
-from purelight_mitsuba.lamps import Lamps
+from purelight_mitsuba.lamps.table import Lamps
 assert conformance_host.Lamps is Lamps
 host = conformance_host.MitsubaHost()
 host.open(sys.argv[1])

@@ -16,7 +16,7 @@ import trimesh
 from analytic_lamps import CENTRE, COLOUR, RADIUS, Lamp
 
 from purelight_export.graph import Graph
-from purelight_format.surface import Surface
+from purelight_format.members.surface import Surface
 
 T = mi.ScalarTransform4f
 SIDE = RADIUS / math.sqrt(2)  # Half of a panel's, whose corners touch the bounding sphere.

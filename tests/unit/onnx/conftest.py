@@ -11,9 +11,9 @@ import pytest
 import trimesh
 
 from purelight_export.graph import Graph
-from purelight_format.geometry import BoundingSphere
-from purelight_format.surface import Surface
-from purelight_format.vectors import Vectors
+from purelight_format.measures import BoundingSphere
+from purelight_format.members.surface import Surface
+from purelight_format.networks.vectors import Vectors
 from purelight_onnx.luminaire import Luminaire
 
 SPHERE = BoundingSphere((0.5, -1.0, 2.0), 0.2)

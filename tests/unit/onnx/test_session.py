@@ -7,8 +7,8 @@ import onnx
 import pytest
 from onnx import TensorProto, helper, numpy_helper
 
-from purelight_format import denormals
 from purelight_format.errors import PureLightError
+from purelight_format.networks import denormals
 from purelight_onnx.session import Session
 
 WEIGHT = np.array([[1.0, 2.0, 3.0], [-1.0, 0.5, 0.25]], np.float32)

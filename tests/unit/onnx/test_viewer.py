@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from purelight_format.errors import PureLightError, SpoiltWarning
-from purelight_format.geometry import BoundingSphere
-from purelight_format.surface import Surface
+from purelight_format.measures import BoundingSphere
+from purelight_format.members.surface import Surface
 from purelight_onnx.camera import Camera
 from purelight_onnx.exit_surface import ExitSurface
 from purelight_onnx.luminaire import Luminaire

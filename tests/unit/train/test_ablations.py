@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import torch
 
-from purelight_format.geometry import BoundingSphere
+from purelight_format.measures import BoundingSphere
 from purelight_train.ablations.histogram_sampler import HistogramSampler
 from purelight_train.ablations.shell import Shell, Shell4D, ShellAppearance, ShellFactorised
 from purelight_train.light.description import Description

@@ -9,7 +9,7 @@ import pytest
 import torch
 import trimesh
 
-from purelight_format.geometry import BoundingSphere
+from purelight_format.measures import BoundingSphere
 from purelight_train.light.description import Description
 from purelight_train.networks.sampler import Sampler
 from purelight_train.presets import DRAFT

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import torch
 
-from purelight_format.geometry import BoundingSphere
+from purelight_format.measures import BoundingSphere
 from purelight_train.light.description import Description
 from purelight_train.light.exit_records import ExitRecords
 from purelight_train.networks.fast_map import FastMap

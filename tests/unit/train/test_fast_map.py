@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import torch
 
-from purelight_format.geometry import BoundingSphere
+from purelight_format.measures import BoundingSphere
 from purelight_train.light.description import Description
 from purelight_train.networks.fast_map import FastMap
 from purelight_train.presets import DRAFT

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import torch
 
-from purelight_format import geometry as reference
+from purelight_format import measures as reference
 from purelight_train.networks import geometry
 
 SPHERE = reference.BoundingSphere((0.1, -0.2, 0.3), 0.05)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 import torch
 
-from purelight_format.geometry import BoundingSphere
+from purelight_format.measures import BoundingSphere
 from purelight_train.light.description import Description
 from purelight_train.networks.encodings import GridEncoding
 from purelight_train.networks.fast_map import FastMap

@@ -13,7 +13,7 @@ import pytest
 import torch
 from PIL import Image as Pillow
 
-from purelight_format.geometry import BoundingSphere
+from purelight_format.measures import BoundingSphere
 
 RADIANCE = np.array([3.0, 2.0, 1.0], np.float32)
 SPHERE = BoundingSphere((0.0, 0.0, 0.0), 0.1)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from purelight_format.geometry import BoundingSphere
+from purelight_format.measures import BoundingSphere
 
 N = 1.5
 LINES, THIN = 1 << 17, 2e-3

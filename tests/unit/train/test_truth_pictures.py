@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from purelight_format.geometry import BoundingSphere
+from purelight_format.measures import BoundingSphere
 
 RADIANCE = np.array([3.0, 2.0, 1.0])
 SPHERE = BoundingSphere((0.1, -0.2, 0.3), 0.5)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from purelight_format.geometry import BoundingSphere
+from purelight_format.measures import BoundingSphere
 
 if TYPE_CHECKING:  # they need Mitsuba, which an exporter does not
     from purelight_train.light.exit_records import ExitRecords

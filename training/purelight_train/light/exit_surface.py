@@ -14,7 +14,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from purelight_format.errors import PureLightError
-from purelight_format.geometry import BoundingSphere
+from purelight_format.measures import BoundingSphere
 
 Float = NDArray[np.float32]
 RAY_BATCH = 1 << 20

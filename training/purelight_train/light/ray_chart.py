@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from purelight_format.geometry import disk_to_square, frame, square_to_disk
+from purelight_format.measures import disk_to_square, frame, square_to_disk
 from purelight_train.light.exit_surface import ExitSurface
 
 Float = NDArray[np.float32]

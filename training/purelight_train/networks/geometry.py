@@ -1,4 +1,4 @@
-"""Frames, disk maps and caps in torch; the same formulas as `purelight_format.geometry`."""
+"""Frames, disk maps and caps in torch; the same formulas as `purelight_format.measures`."""
 
 from __future__ import annotations
 

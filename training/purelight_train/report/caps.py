@@ -8,7 +8,7 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from purelight_format import geometry
+from purelight_format import measures
 from purelight_format.color import LUMINANCE
 from purelight_train.learning.cap_samples import Radiance, look
 from purelight_train.light.description import Description
@@ -104,18 +104,18 @@ class CapMaps:
         """Radiance over the cap's square: [SIDE, SIDE, 3]."""
         rng = np.random.default_rng(7)
         here = np.repeat(point[None], SIDE * SIDE, 0)
-        cap = geometry.cap(here.astype(np.float64), self.description.sphere)
+        cap = measures.cap(here.astype(np.float64), self.description.sphere)
         total = np.zeros((SIDE * SIDE, 3))
         for _ in range(samples):
-            toward = geometry.cap_to_direction(self._square(rng), cap).astype(np.float32)
+            toward = measures.cap_to_direction(self._square(rng), cap).astype(np.float32)
             total += look(self.surface, self.radiance, here, toward) / samples
         return total.reshape(SIDE, SIDE, 3)
 
     def _density(self, point: NDArray[np.float32]) -> Image:
         """The sampler's density over the cap's square, of mean one: [SIDE, SIDE]."""
         here = np.repeat(point[None], SIDE * SIDE, 0)
-        cap = geometry.cap(here.astype(np.float64), self.description.sphere)
-        toward = geometry.cap_to_direction(self._square(), cap).astype(np.float32)
+        cap = measures.cap(here.astype(np.float64), self.description.sphere)
+        toward = measures.cap_to_direction(self._square(), cap).astype(np.float32)
         with torch.no_grad():
             pdf = self.sampler.pdf_solid_angle(
                 torch.from_numpy(here), torch.from_numpy(toward)

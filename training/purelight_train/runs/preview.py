@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from purelight_format import atomic
-from purelight_format.geometry import BoundingSphere
+from purelight_format.measures import BoundingSphere
 from purelight_train.learning.cap_samples import Radiance, look
 from purelight_train.light.exit_surface import ExitSurface
 

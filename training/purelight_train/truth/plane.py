@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from purelight_format.geometry import BoundingSphere
+from purelight_format.measures import BoundingSphere
 from purelight_train.light.exit_records import ExitRecords
 
 Image = NDArray[np.float64]

@@ -10,9 +10,9 @@ from typing import Any
 import mitsuba as mi
 import numpy as np
 
-from purelight_format import usd_asset
 from purelight_format.errors import PureLightError
-from purelight_mitsuba.luminaire import load
+from purelight_format.usd import asset_layer
+from purelight_mitsuba.lamps.luminaire import load
 from purelight_mitsuba.usd_scene import camera, lights, shapes
 from purelight_mitsuba.usd_scene.materials import Materials
 from purelight_mitsuba.usd_scene.values import Values
@@ -74,7 +74,7 @@ def load_usd(path: Path, *, view: str | None = None, frame: float | None = None)
 
     time = Usd.TimeCode.EarliestTime() if frame is None else Usd.TimeCode(frame)
     reader = _Reader(Values(time))
-    lamps = usd_asset.luminaires(stage)
+    lamps = asset_layer.luminaires(stage)
     for lamp in lamps:
         reader.add("lamp", _luminaire(lamp, path))
     hidden = {name for lamp in lamps for name in (*lamp.fallback, *lamp.exit_surface)}
@@ -131,7 +131,7 @@ def _add(prim: Any, reader: _Reader, materials: Materials) -> None:
         reader.note(prim, f"{kind} is not supported and was left out")
 
 
-def _luminaire(lamp: usd_asset.LuminairePrim, path: Path) -> dict[str, Any]:
+def _luminaire(lamp: asset_layer.LuminairePrim, path: Path) -> dict[str, Any]:
     """The emitter `purelight` for a luminaire's prim.
 
     Raises:
@@ -154,7 +154,7 @@ def _luminaire(lamp: usd_asset.LuminairePrim, path: Path) -> dict[str, Any]:
 
 
 def _load(parts: dict[str, Any], path: Path) -> mi.Scene:
-    from purelight_mitsuba.passes import reason
+    from purelight_mitsuba.output.passes import reason
 
     try:
         return mi.load_dict(parts)

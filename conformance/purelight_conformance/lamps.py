@@ -1,0 +1,142 @@
+"""The suite's own lamps: small bundles made by code, each for some way to be wrong."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from purelight_conformance import networks
+from purelight_conformance.networks import Emission
+from purelight_format import bundle, members
+from purelight_format.bundle import Bundle
+from purelight_format.measures import BoundingSphere, frame
+from purelight_format.members.manifest import Manifest, NetworkInfo
+from purelight_format.members.surface import Surface
+from purelight_format.networks import probes
+from purelight_format.networks.golden import golden_vectors
+from purelight_format.networks.profile import inspect
+
+CANDIDATES = 256
+SCALE = 7.0
+UNITS = {
+    "appearance": {"radiance": 1.0},
+    "transparency": {"transmittance": 1.0},
+    "sampler": {"toward": 1.0, "pdf_solid_angle": 0.0},
+    "sampler_pdf": {"pdf_solid_angle": 0.0},
+    "fast_map": {"radiance_map": 1.0},
+}  # Of the radiance in units of the radiance scale.
+
+
+@dataclass(frozen=True)
+class Lamp:
+    """A lamp of the suite.
+
+    Arguments:
+        make: the networks from what they are made of.
+        emission: sphere, radiance and seed.
+        keep: the networks that the bundle carries; all if empty.
+    """
+
+    make: Callable[[Emission], Mapping[str, bytes]]
+    emission: Emission
+    keep: tuple[str, ...] = ()
+
+    def write(self, path: Path) -> Bundle:
+        """Writes the lamp as a valid bundle."""
+        emission, surface = self.emission, octahedron(self.emission.sphere)
+        red, green, blue = (level > 0 for level in emission.scale)
+        unit = max(emission.scale) or 1.0
+        flux = np.array(emission.scale) * math.pi * surface.area().sum()
+        share = surface.area()[:, None] / surface.area().sum() * flux
+        surface = Surface(surface.positions, surface.triangles, share.astype(np.float32))
+        infos, content = {}, surface.to_members()
+        for name, model in self.make(emission).items():
+            if self.keep and name not in self.keep:
+                continue
+            infos[name], content[members.network(name)] = _info(name, model), model
+            content |= self._golden(name, model, surface, unit)
+        sphere = emission.sphere
+        manifest = Manifest(
+            path.stem, sphere, _triple(flux), unit, emission.r_max, (red, green, blue), infos,
+            provenance={"made_by": "purelight-conformance"},
+        )  # fmt: skip
+        return bundle.write(path, manifest, content)
+
+    def _golden(
+        self, network: str, model: bytes, surface: Surface, unit: float
+    ) -> dict[str, bytes]:
+        units = {
+            name: value * unit if name.startswith("radiance") else value
+            for name, value in UNITS[network].items()
+        }
+        candidates = probe(network, self.emission, surface, CANDIDATES, seed=3)
+        return golden_vectors(network, model, candidates, units).to_members()
+
+
+def probe(
+    network: str, emission: Emission, surface: Surface, count: int, seed: int
+) -> dict[str, np.ndarray]:
+    """Inputs of a network, the hard cases first."""
+    rng = np.random.default_rng(seed)
+    sphere, r_max = emission.sphere, emission.r_max
+    if network in ("appearance", "transparency"):
+        return probes.surface_probes(surface.positions, surface.triangles, count, rng)
+    if network == "sampler":
+        return probes.sampler_probes(sphere, r_max, count, rng)
+    if network == "sampler_pdf":
+        return probes.pdf_probes(sphere, r_max, count, rng)
+    return {"point": probes.points(sphere, r_max, count, rng)}
+
+
+def octahedron(sphere: BoundingSphere) -> Surface:
+    """A tilted octahedron that fills the sphere, every other triangle turned inside out.
+
+    One triangle comes twice, the second time turned over, and one has no area.
+    """
+    axis = np.array([[0.48, -0.6, 0.64]])
+    axes = np.concatenate((axis, *frame(axis)))
+    corners = np.concatenate((axes, -axes)) * 0.99 * sphere.radius + sphere.center
+    triangles = [(x, y, z) for x in (0, 3) for y in (1, 4) for z in (2, 5)]
+    turned = [t if k % 2 else t[::-1] for k, t in enumerate(triangles)]
+    array = np.array([*turned, turned[0][::-1], (0, 0, 1)], np.uint32)
+    return Surface(corners.astype(np.float32), array, np.zeros((len(array), 3), np.float32))
+
+
+def _info(network: str, model: bytes) -> NetworkInfo:
+    cost = inspect(model, network)
+    fraction = networks.UNIFORM_FRACTION**2 if network == "sampler" else None
+    return NetworkInfo(
+        members.network(network), cost.macs_per_sample, cost.floats_per_sample, cost.bytes, fraction
+    )
+
+
+def _triple(values: np.ndarray) -> tuple[float, float, float]:
+    red, green, blue = map(float, values)
+    return red, green, blue
+
+
+def _scaled(power: float, *mask: float) -> tuple[float, float, float]:
+    return _triple(SCALE * power * np.array(mask or (1.0, 0.8, 0.5)))
+
+
+SPHERE = BoundingSphere((0.25, -0.1875, 0.125), 0.25)
+SMALL = BoundingSphere((0.0, 0.0, 0.0), 0.001)  # At the origin, its centre can be met exactly.
+LARGE = BoundingSphere((300.0, -200.0, 100.0), 1000.0)
+NO_MAP = ("appearance", "transparency", "sampler", "sampler_pdf")
+
+LAMPS = {
+    "wild": Lamp(networks.wild, Emission(SPHERE, _scaled(1.0))),
+    "compass": Lamp(networks.compass, Emission(SPHERE, _scaled(1.0, 1, 1, 1))),
+    "paint": Lamp(networks.paint, Emission(SPHERE, (3.0, 2.0, 1.0))),
+    "plain": Lamp(networks.compass, Emission(SPHERE, _scaled(1.0)), ("appearance",)),
+    "red": Lamp(networks.wild, Emission(SPHERE, _scaled(1.0, 1, 0, 0))),
+    "black": Lamp(networks.wild, Emission(SPHERE, _scaled(0.0))),
+    "faint": Lamp(networks.wild, Emission(SPHERE, _scaled(1e-6)), NO_MAP),
+    "bright": Lamp(networks.wild, Emission(SPHERE, _scaled(1e6)), NO_MAP),
+    "millimetre": Lamp(networks.wild, Emission(SMALL, _scaled(1.0)), NO_MAP),
+    "kilometre": Lamp(networks.wild, Emission(LARGE, _scaled(1.0)), NO_MAP),
+}

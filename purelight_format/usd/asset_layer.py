@@ -1,0 +1,206 @@
+"""The luminaire as a USD asset: a layer that any renderer opens, with our API on its root prim."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from purelight_format.members.manifest import Manifest
+from purelight_format.members.surface import Surface
+from purelight_format.usd_schema import SCHEMA
+
+
+@dataclass(frozen=True)
+class Paths:
+    """The files a layer names, each beginning with ./ .
+
+    Arguments:
+        bundle: the bundle, or the manifest inside the package that holds the layer.
+        digest: SHA-256 of manifest.json; empty inside a bundle, whose manifest lists the layer.
+        photometry: the IES file, empty if there is none.
+        layer: the layer itself.
+    """
+
+    bundle: str
+    layer: str
+    digest: str = ""
+    photometry: str = ""
+
+
+def identifier(name: str) -> str:
+    """A name as a USD prim name, which is also a file name: lower case, digits and _."""
+    plain = re.sub("[^a-z0-9]+", "_", name.lower()).strip("_")[:40]
+    return plain if plain[:1].isalpha() else f"lamp_{plain}".rstrip("_")
+
+
+def layer_text(manifest: Manifest, surface: Surface, paths: Paths) -> str:
+    """Writes the layer: root Xform with the API, a fallback SphereLight, the exit surface.
+
+    The text is the same for the same arguments, and needs no USD library.
+
+    Arguments:
+        manifest: sphere, flux and name.
+        surface: the exit surface.
+        paths: the files to name.
+
+    Returns:
+        A complete .usda file.
+    """
+    name = identifier(manifest.name)
+    center, radius = manifest.bounding_sphere.center, manifest.bounding_sphere.radius
+    positions = np.asarray(surface.positions, np.float32).reshape(-1, 3)
+    extent = _tuples(np.stack((positions.min(0), positions.max(0))))
+    digest = f"\n    uniform string purelight:bundleDigest = {_quoted(paths.digest)}"
+    return f"""#usda 1.0
+(
+    defaultPrim = "{name}"
+    metersPerUnit = 1
+    upAxis = "Z"
+)
+
+def Xform "{name}" (
+    prepend apiSchemas = ["{SCHEMA}", "GeomModelAPI"]
+    assetInfo = {{
+        asset identifier = @{paths.layer}@
+        string name = {_quoted(manifest.name)}
+        string version = {_quoted(manifest.format_version)}
+    }}
+    kind = "component"
+)
+{{
+    float3[] extentsHint = {extent}
+    uniform float4 purelight:boundingSphere = {_tuple((*center, radius))}
+    uniform asset purelight:bundle = @{paths.bundle}@{digest if paths.digest else ""}
+    float purelight:dimmer = 1
+    rel purelight:exitSurface = </{name}/exit_surface>
+    rel purelight:fallback = </{name}/fallback>
+    uniform float3 purelight:flux = {_tuple(manifest.flux)}
+    uniform token purelight:fluxUnit = "watt"
+    uniform token purelight:formatVersion = {_quoted(manifest.format_version)}
+
+{_fallback(manifest, surface, paths)}
+    def Mesh "exit_surface"
+    {{
+        uniform bool doubleSided = 1
+        float3[] extent = {extent}
+        int[] faceVertexCounts = [{", ".join(["3"] * len(surface.triangles))}]
+        int[] faceVertexIndices = [{", ".join(map(str, surface.triangles.ravel().tolist()))}]
+        point3f[] points = {_tuples(positions)}
+        uniform token purpose = "guide"
+        uniform token subdivisionScheme = "none"
+    }}
+}}
+"""
+
+
+def _fallback(manifest: Manifest, surface: Surface, paths: Paths) -> str:
+    r"""A Lambertian sphere of the lamp's flux, :math:`\Phi = 4 \pi^2 r^2 L` per channel.
+
+    Its area is that of the exit surface where that is smaller than the bounding sphere, so that
+    it does not reach into a ceiling. Every value is written: readers ignore fallbacks.
+    """
+    bounding = manifest.bounding_sphere.radius
+    radius = min(bounding, math.sqrt(float(surface.area().sum()) / (4 * math.pi))) or bounding
+    largest = max(manifest.flux)
+    color = [flux / largest for flux in manifest.flux] if largest else [1.0] * 3
+    shaping = ""
+    if paths.photometry:
+        shaping = f"""
+        asset inputs:shaping:ies:file = @{paths.photometry}@
+        bool inputs:shaping:ies:normalize = 1"""
+    return f"""    def SphereLight "fallback" (
+        prepend apiSchemas = ["ShapingAPI"]
+    )
+    {{
+        color3f inputs:color = {_tuple(color)} (
+            colorSpace = "lin_rec709_scene"
+        )
+        float inputs:exposure = 0
+        float inputs:intensity = {_number(largest / (4 * math.pi**2 * radius**2))}
+        bool inputs:normalize = 0
+        float inputs:radius = {_number(radius)}{shaping}
+        double3 xformOp:translate = {_tuple(manifest.bounding_sphere.center)}
+        uniform token[] xformOpOrder = ["xformOp:translate"]
+    }}
+"""
+
+
+def _quoted(text: str) -> str:
+    escaped = text.replace("\\", "\\\\").replace('"', '\\"')
+    return f'"{escaped}"'
+
+
+def _number(value: float) -> str:
+    """The shortest text that reads back as the same float32."""
+    return str(np.float32(value))
+
+
+def _tuple(values: Any) -> str:
+    return f"({', '.join(map(_number, values))})"
+
+
+def _tuples(rows: np.ndarray) -> str:
+    return f"[{', '.join(_tuple(row) for row in rows)}]"
+
+
+# Reading, which needs OpenUSD
+
+
+@dataclass(frozen=True)
+class LuminairePrim:
+    """A luminaire on a USD stage.
+
+    Arguments:
+        path: of the prim.
+        bundle: resolved path of the bundle.
+        digest: SHA-256 of its manifest.json, empty if none is given.
+        to_world: [4, 4] matrix for column vectors, in stage units.
+        dimmer: factor on the emission.
+        fallback: paths of the lights that stand in for the luminaire elsewhere.
+        exit_surface: paths of the meshes that show its exit surface.
+    """
+
+    path: str
+    bundle: str
+    digest: str
+    to_world: np.ndarray
+    dimmer: float
+    fallback: tuple[str, ...]
+    exit_surface: tuple[str, ...]
+
+
+def luminaires(stage: Any) -> list[LuminairePrim]:
+    """Finds the luminaires of an open `Usd.Stage`, inside instances as well."""
+    from pxr import Usd
+
+    predicate = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
+    prims = Usd.PrimRange.Stage(stage, predicate)
+    # The applied schemas of the type info are there whether or not the schema is registered.
+    return [_read(p) for p in prims if SCHEMA in p.GetPrimTypeInfo().GetAppliedAPISchemas()]
+
+
+def _read(prim: Any) -> LuminairePrim:
+    from pxr import Usd, UsdGeom
+
+    def value(name: str, default: Any) -> Any:
+        found = prim.GetAttribute(f"purelight:{name}").Get()
+        return default if found is None else found
+
+    def targets(name: str) -> tuple[str, ...]:
+        return tuple(str(p) for p in prim.GetRelationship(f"purelight:{name}").GetTargets())
+
+    bundle = value("bundle", None)
+    matrix = UsdGeom.Xformable(prim).ComputeLocalToWorldTransform(Usd.TimeCode.Default())
+    return LuminairePrim(
+        path=str(prim.GetPath()),
+        bundle=(bundle.resolvedPath or bundle.path) if bundle else "",
+        digest=value("bundleDigest", ""),
+        to_world=np.array(matrix).T,
+        dimmer=float(value("dimmer", 1.0)),
+        fallback=targets("fallback"),
+        exit_surface=targets("exitSurface"),
+    )

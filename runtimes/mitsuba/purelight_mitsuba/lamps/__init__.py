@@ -1,0 +1,1 @@
+"""Lamps of a scene: their bundles, where they hang, which one to choose."""

@@ -1,0 +1,232 @@
+"""All lamps of a scene: one mesh of their exit surfaces, and a table of where they hang."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+
+from purelight_format.errors import PureLightError
+from purelight_mitsuba.lamps.emitter import PureLightEmitter
+from purelight_mitsuba.lamps.lamp_choice import LampChoice
+from purelight_mitsuba.lamps.luminaire import Luminaire
+from purelight_mitsuba.sampling.surface_sampler import SurfaceSampler
+
+COLUMNS = 5  # Packets of four floats per lamp.
+OVERLAPPING = 64  # Bits of the mask in which a ray notes the overlapping lamps it has passed.
+
+
+@dataclass
+class Hit:
+    """Where rays first meet an exit surface.
+
+    Arguments:
+        valid: Whether they do.
+        t: Distance.
+        lamp: Index of the lamp.
+        facet: Index of the triangle among those of all lamps.
+        normal: Geometric unit normal in the luminaire frame, either side.
+    """
+
+    valid: mi.Bool
+    t: mi.Float
+    lamp: mi.UInt32
+    facet: mi.UInt32
+    normal: mi.Normal3f
+
+
+@dataclass
+class Frame:
+    """Placement of one lamp per lane: world = scale · rotation · local + translation.
+
+    Arguments:
+        x, y, z: Rows of the rotation.
+    """
+
+    x: mi.Vector3f
+    y: mi.Vector3f
+    z: mi.Vector3f
+    translation: mi.Point3f
+    scale: mi.Float
+    dimmer: mi.Float
+
+    def direction_to_local(self, d: mi.Vector3f) -> mi.Vector3f:
+        return dr.fma(self.x, d.x, dr.fma(self.y, d.y, self.z * d.z))
+
+    def direction_to_world(self, d: mi.Vector3f) -> mi.Vector3f:
+        return mi.Vector3f(dr.dot(self.x, d), dr.dot(self.y, d), dr.dot(self.z, d))
+
+    def point_to_local(self, p: mi.Point3f) -> mi.Point3f:
+        return mi.Point3f(self.direction_to_local(mi.Vector3f(p - self.translation)) / self.scale)
+
+    def point_to_world(self, p: mi.Point3f) -> mi.Point3f:
+        turned = self.direction_to_world(mi.Vector3f(p))
+        return mi.Point3f(dr.fma(turned, self.scale, self.translation))
+
+
+@dataclass
+class Place(Frame):
+    """One lamp per lane.
+
+    Arguments:
+        bit: Of `passed` masks; zero for a lamp whose bounding sphere meets no other.
+    """
+
+    asset: mi.UInt32
+    bit: mi.UInt64
+    centre: mi.Point3f
+    radius: mi.Float
+
+    def radii(self, p: mi.Point3f) -> mi.Float:
+        """How many radii a point is away from the centre."""
+        return dr.norm(p - self.centre) / self.radius
+
+
+class Lamps:
+    """The lamps of a scene on the device.
+
+    Their exit surfaces are one mesh in a scene of its own, so that a ray finds the nearest lamp by
+    one query and a lookup, without a virtual call.
+
+    Arguments:
+        emitters: The lamps, at least one.
+        room: The scene without them, which CUDA needs to share its ray-tracing pipeline.
+        groups: Names of light groups to keep apart, the first one of Mitsuba's own emitters.
+
+    Attributes:
+        luminaires: The different bundles among them.
+        surface: Draws points of their exit surfaces; counts them as `luminaires`.
+        single: Whether there is only one lamp.
+        dark: Whether no lamp shines.
+    """
+
+    def __init__(
+        self, emitters: Sequence[PureLightEmitter], room: mi.Scene, groups: Sequence[str] = ()
+    ) -> None:
+        self.groups = tuple(groups)
+        if self.groups:
+            self._groups = mi.UInt32([self.groups.index(e.light_group) for e in emitters])
+        self.single = len(emitters) == 1
+        self.luminaires: list[Luminaire] = list(dict.fromkeys(e.luminaire for e in emitters))
+        self._scene = _scene(emitters, room)
+        self.surface = SurfaceSampler([luminaire.surface for luminaire in self.luminaires])
+        self._facets = _device(_facets(emitters))
+        counts = [len(e.luminaire.surface.triangles) for e in emitters]
+        self._first = mi.UInt32(np.cumsum([0, *counts[:-1]]))
+        self._places = _device(_places(emitters, self.luminaires))
+        self.dark = not any(e.level * e.luminaire.power > 0 for e in emitters)
+        self._choice = None if self.single or self.dark else LampChoice(emitters)
+
+    def intersect(self, ray: mi.Ray3f, active: mi.Bool) -> Hit:
+        """Finds the first exit surface along rays in the world."""
+        found = self._scene.ray_intersect_preliminary(ray, active=active)
+        valid = active & found.is_valid()
+        facet = dr.gather(mi.Vector4f, self._facets, found.prim_index, valid)
+        normal = mi.Normal3f(facet.x, facet.y, facet.z)
+        return Hit(valid, found.t, mi.UInt32(facet.w), found.prim_index, normal)
+
+    def group(self, lamp: mi.UInt32, active: mi.Bool) -> mi.UInt32:
+        """Looks up the light groups of lamps."""
+        return dr.gather(mi.UInt32, self._groups, lamp, active) if self.groups else mi.UInt32(0)
+
+    def first_facet(self, lamp: mi.UInt32) -> mi.UInt32:
+        """Looks up where the triangles of lamps begin among those of all."""
+        return dr.gather(mi.UInt32, self._first, lamp)
+
+    def place(self, lamp: mi.UInt32, active: mi.Bool) -> Place:
+        """Looks up where lamps hang."""
+        x, y, z, rest, sphere = (
+            dr.gather(mi.Vector4f, self._places, lamp * COLUMNS + k, active) for k in range(COLUMNS)
+        )
+        bit = mi.UInt64(1) << mi.UInt64(dr.maximum(rest.w, 0))
+        return Place(
+            x=mi.Vector3f(x.x, x.y, x.z),
+            y=mi.Vector3f(y.x, y.y, y.z),
+            z=mi.Vector3f(z.x, z.y, z.z),
+            translation=mi.Point3f(x.w, y.w, z.w),
+            scale=rest.x,
+            dimmer=rest.y,
+            asset=mi.UInt32(rest.z),
+            bit=dr.select(rest.w >= 0, bit, mi.UInt64(0)),
+            centre=mi.Point3f(sphere.x, sphere.y, sphere.z),
+            radius=sphere.w,
+        )
+
+    def pick(self, u: mi.Float, p: mi.Point3f, active: mi.Bool) -> tuple[mi.UInt32, mi.Float]:
+        """Chooses a lamp for points in the world, by `LampChoice`: index and probability."""
+        if self._choice is None:
+            return mi.UInt32(0), mi.Float(1)
+        return self._choice.sample(u, p, active)
+
+    def probability(self, lamp: mi.UInt32, p: mi.Point3f, active: mi.Bool) -> mi.Float:
+        """The probability with which `pick` chooses a lamp for points in the world."""
+        if self._choice is None:
+            return mi.Float(1)
+        (chance,) = dr.if_stmt(
+            (lamp, p, mi.Bool(True)),
+            active,
+            lambda *arguments: (self._choice.probability(*arguments),),
+            lambda *_: (mi.Float(1),),
+        )
+        return chance
+
+
+def _device(table: np.ndarray) -> mi.Float:
+    buffer = mi.Float(np.ascontiguousarray(table, np.float32).reshape(-1))
+    dr.eval(buffer)
+    return buffer
+
+
+def _scene(emitters: Sequence[PureLightEmitter], room: mi.Scene) -> mi.Scene:
+    positions = [e.placement.to_world(e.luminaire.surface.positions) for e in emitters]
+    counts = np.cumsum([0, *map(len, positions)])
+    faces = [
+        e.luminaire.surface.triangles.astype(np.uint32) + np.uint32(first)
+        for e, first in zip(emitters, counts, strict=False)
+    ]
+    mesh = mi.Mesh("exit surfaces", int(counts[-1]), sum(map(len, faces)))
+    params = mi.traverse(mesh)
+    params["vertex_positions"] = np.concatenate(positions).astype(np.float32).ravel()
+    params["faces"] = np.concatenate(faces).ravel()
+    params.update()
+    content = {"type": "scene", "lamps": mesh}
+    if mi.variant().startswith("cuda"):
+        content["room"] = room
+    return mi.load_dict(content)
+
+
+def _facets(emitters: Sequence[PureLightEmitter]) -> np.ndarray:
+    """Normal in the luminaire frame and index of the lamp, for each triangle: [T, 4]."""
+    return np.concatenate([
+        np.column_stack([normals, np.full(len(normals), index)])
+        for index, normals in enumerate(e.luminaire.normals() for e in emitters)
+    ])  # fmt: skip
+
+
+def _places(emitters: Sequence[PureLightEmitter], luminaires: list[Luminaire]) -> np.ndarray:
+    """The table behind `Place`: [L, COLUMNS, 4]."""
+    table = np.zeros((len(emitters), COLUMNS, 4))
+    for row, emitter in zip(table, emitters, strict=True):
+        placement, luminaire = emitter.placement, emitter.luminaire
+        row[:3, :3], row[:3, 3] = placement.rotation, placement.translation
+        row[3, :3] = placement.scale, emitter.level, luminaires.index(luminaire)
+        row[4, :3] = placement.to_world(np.array([luminaire.sphere.center]))[0]
+        row[4, 3] = placement.scale * luminaire.sphere.radius
+    table[:, 3, 3] = _bits(table[:, 4, :3], table[:, 4, 3])
+    return table
+
+
+def _bits(centres: np.ndarray, radii: np.ndarray) -> np.ndarray:
+    """Numbers the lamps whose bounding spheres meet another's; -1 for the others."""
+    distance = np.linalg.norm(centres[:, None] - centres[None], axis=-1)
+    meets = (distance <= 1.001 * (radii[:, None] + radii[None])) & ~np.eye(len(radii), dtype=bool)
+    overlapping = meets.any(1)
+    if overlapping.sum() > OVERLAPPING:
+        raise PureLightError(
+            f"{overlapping.sum()} lamps have overlapping bounding spheres, but at most "
+            f"{OVERLAPPING} may; move lamps apart or train groups of them as one lamp"
+        )
+    return np.where(overlapping, np.cumsum(overlapping) - 1, -1)

@@ -1,0 +1,1 @@
+"""Pictures: passes, light groups, first hits."""

@@ -1,0 +1,117 @@
+"""Renders a scene in passes of bounded memory, with progress."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import mitsuba as mi
+import numpy as np
+from tqdm import tqdm
+
+from purelight_format.errors import PureLightError
+from purelight_mitsuba.transport.integrator import PureLightIntegrator
+
+SAMPLES = 1 << 22  # Of one pass; about a gigabyte at most.
+OURS = re.compile(r"PureLightError: (.*)")
+
+
+def load_scene(path: Path) -> mi.Scene:
+    """Loads a scene from Mitsuba's XML.
+
+    Raises:
+        PureLightError: With one line, if Mitsuba or a lamp refuses it.
+    """
+    try:
+        scene = mi.load_file(str(path))
+    except RuntimeError as error:
+        raise PureLightError(f"{path}: {reason(str(error))}") from error
+    if not isinstance(scene, mi.Scene):
+        raise PureLightError(f"{path}: not a scene; its outermost element must be <scene>")
+    if not scene.sensors():
+        raise PureLightError(f"{path}: the scene has no sensor")
+    return scene
+
+
+def reason(text: str) -> str:
+    """The line of a Mitsuba error that says what is wrong."""
+    ours = OURS.findall(text)
+    if ours:
+        return ours[-1]
+    lines = [re.sub(r"^\[[^\]]*\]\s*", "", line).strip() for line in text.splitlines()]
+    return " ".join(line for line in lines if line)[:300]
+
+
+def integrator_for(
+    scene: mi.Scene,
+    mode: str | None = None,
+    engine: str | None = None,
+    *,
+    light_groups: bool | None = None,
+) -> PureLightIntegrator:
+    """The scene's integrator if it is PureLight's, else one with default settings."""
+    integrator = scene.integrator()
+    if not isinstance(integrator, PureLightIntegrator):
+        integrator = mi.load_dict({"type": "purelight"})
+    if mode is not None:
+        integrator.mode = mode
+    if engine is not None:
+        integrator.engine = engine
+    if light_groups is not None:
+        integrator.light_groups = light_groups
+    integrator.prepare(scene)
+    return integrator
+
+
+def render_passes(
+    scene: mi.Scene,
+    integrator: PureLightIntegrator,
+    spp: int,
+    seed: int = 0,
+    *,
+    progress: bool = False,
+) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    """Renders the scene's first sensor.
+
+    Arguments:
+        spp: Samples per pixel in all.
+        seed: Equal seeds give equal pictures.
+        progress: Whether to show a bar with the time left.
+
+    Returns:
+        The picture, [H, W, 3] float32, linear; and its light groups by name, if the integrator
+        keeps them apart.
+    """
+    pixels = int(np.prod(scene.sensors()[0].film().crop_size()))
+    count = max(1, -(-spp * pixels // SAMPLES))
+    counts = [len(part) for part in np.array_split(np.arange(spp), min(count, spp))]
+    seeds = np.random.SeedSequence(seed).generate_state(len(counts))
+    names = [name[: -len(".R")] for name in integrator.aov_names()[::3]]
+    total = np.zeros(())
+    with tqdm(total=spp, unit="spp", disable=not progress) as bar:
+        for samples, own in zip(counts, seeds, strict=True):
+            image = mi.render(scene, integrator=integrator, spp=samples, seed=int(own))
+            total = total + np.array(image).astype(np.float64) * samples
+            bar.update(samples)
+    mean = (total / spp).astype(np.float32)
+    first = mean.shape[-1] - 3 * len(names)  # The film may add alpha to the picture.
+    groups = {name: mean[..., first + 3 * k :][..., :3] for k, name in enumerate(names)}
+    return mean[..., :3], groups
+
+
+def resize(scene: mi.Scene, width: int) -> None:
+    """Gives the first sensor's whole film another width in pixels, at the same aspect ratio."""
+    sensor = scene.sensors()[0]
+    parameters = mi.traverse(sensor)
+    size = np.array(sensor.film().size(), np.float64)
+    new = [width, max(round(width * size[1] / size[0]), 1)]
+    parameters["film.size"] = new
+    parameters["film.crop_size"] = new
+    parameters["film.crop_offset"] = [0, 0]
+    parameters.update()
+
+
+def denoise(image: np.ndarray) -> np.ndarray:
+    """Mitsuba's OptiX denoiser, for pictures [H, W, 3]; CUDA only."""
+    height, width = image.shape[:2]
+    return np.array(mi.OptixDenoiser([width, height])(mi.TensorXf(image)))

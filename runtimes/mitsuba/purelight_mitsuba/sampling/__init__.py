@@ -1,0 +1,1 @@
+"""Directions and points toward one lamp: cap, exit surface, radiance map, far field."""

@@ -1,0 +1,1 @@
+"""Paths of light in the room and among the lamps."""

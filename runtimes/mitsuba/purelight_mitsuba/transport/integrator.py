@@ -1,0 +1,123 @@
+"""The integrator plugin `purelight`: a path tracer that sees PureLight's lamps."""
+
+from __future__ import annotations
+
+import warnings
+from functools import partial
+from typing import Any
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+
+from purelight_format.errors import PureLightError, SpoiltWarning
+from purelight_mitsuba.transport.film_passes import accumulate, sample_counts
+from purelight_mitsuba.transport.paths import Limits, Path, PathTracer
+from purelight_mitsuba.transport.scene_parts import SceneParts, Settings, prepare
+
+MODES = ("accurate", "fast")
+ENGINES = ("auto", "fused", "queued")
+LANES = 1 << 21  # Of one pass of the engine `queued`; about 200 bytes each.
+
+
+class PureLightIntegrator(mi.SamplingIntegrator):
+    """Path tracing in two scenes: the room, and the lamps that its rays cross on their way.
+
+    A lamp adds its radiance and attenuates what is behind it, without becoming a vertex. Each
+    vertex aims shadow rays at a lamp and one at an emitter of Mitsuba's; multiple importance
+    sampling joins both with the BSDF's own directions.
+
+    Properties: `mode`: `accurate` (direction by the sampler, radiance by the appearance network)
+    or `fast` (both by the radiance map; camera rays, mirrors and sharp reflections still see the
+    appearance network); `engine`: `fused` evaluates networks where a path needs them, `queued` most
+    of them in batches afterwards, `auto` chooses by the cost that bundles state; `max_depth`
+    (default unlimited), `rr_depth` (default 5), `hide_emitters`; `light_groups` (default false)
+    adds a layer for each lamp, or each group of lamps with the same `light_group`, and one for all
+    of Mitsuba's emitters; their sum is the picture.
+    """
+
+    def __init__(self, props: mi.Properties) -> None:
+        super().__init__(props)
+        if not mi.variant().endswith("_ad_rgb"):
+            raise PureLightError(f"variant {mi.variant()} has no RGB; use llvm_ad_rgb")
+        self.mode = str(props.get("mode", "accurate"))
+        if self.mode not in MODES:
+            raise PureLightError(f"mode {self.mode} is neither accurate nor fast")
+        self.engine = str(props.get("engine", "auto"))
+        if self.engine not in ENGINES:
+            raise PureLightError(f"engine {self.engine} is none of {', '.join(ENGINES)}")
+        self.light_groups = bool(props.get("light_groups", False))
+        depth = int(props.get("max_depth", -1))
+        self.max_depth = 0xFFFFFFFF if depth < 0 else depth
+        self.rr_depth = int(props.get("rr_depth", 5))
+        self._parts: SceneParts | None = None
+        self.spoilt = 0
+        self._spoilt = dr.zeros(mi.UInt32)
+
+    def render(
+        self,
+        scene: mi.Scene,
+        sensor: mi.Sensor | int = 0,
+        seed: Any = 0,
+        spp: int = 0,
+        develop: bool = True,
+        evaluate: bool = True,
+    ) -> mi.TensorXf:
+        before, queued = self.spoilt, self.prepare(scene).later is not None
+        sensor = scene.sensors()[sensor] if isinstance(sensor, int) else sensor
+        usual = sensor.sampler().sample_count()
+        pixels = int(np.prod(sensor.film().crop_size()))
+        counts = sample_counts(spp or usual, LANES // pixels) if queued else [spp]
+        if len(counts) == 1:
+            image = super().render(scene, sensor, seed, spp, develop, evaluate)
+        else:
+            once = partial(self._render_once, scene, sensor)
+            image = accumulate(once, sensor.film(), self.aov_names(), counts, seed)
+            sensor.sampler().set_sample_count(spp or usual)
+        self._warn(before)
+        return image
+
+    def _render_once(self, scene: mi.Scene, sensor: mi.Sensor, spp: int, seed: mi.UInt32) -> None:
+        super().render(scene, sensor, seed, spp, False, True)
+
+    def _warn(self, before: int) -> None:
+        """Counts spoilt answers that the kernels met, and warns if there are more than before."""
+        self.spoilt += int(self._spoilt.numpy()[0])
+        self._spoilt = dr.zeros(mi.UInt32)
+        if self.spoilt > before:
+            warnings.warn(SpoiltWarning(self.spoilt), stacklevel=3)
+
+    def aov_names(self) -> list[str]:
+        groups = self._parts.groups if self._parts else []
+        return [f"light.{name}.{channel}" for name in groups for channel in "RGB"]
+
+    def to_string(self) -> str:
+        return f"PureLightIntegrator[{self.mode}]"
+
+    def prepare(self, scene: mi.Scene) -> SceneParts:
+        """Translates the networks and gathers the lamps that a scene needs, once.
+
+        Raises:
+            PureLightError: If a bundle lacks a network that the mode needs, or is not valid now.
+        """
+        settings = Settings(self.mode, self.engine, self.light_groups)
+        self._parts = prepare(scene, settings, self._parts)
+        return self._parts
+
+    def sample(
+        self,
+        scene: mi.Scene,
+        sampler: mi.Sampler,
+        ray: mi.RayDifferential3f,
+        medium: Any = None,
+        active: mi.Bool = True,
+    ) -> tuple[mi.Color3f, mi.Bool, list[mi.Float]]:
+        parts = self.prepare(scene)
+        limits = Limits(self.max_depth, self.rr_depth, self.hide_emitters)
+        path, spoilt = PathTracer(scene, parts, limits, self)(
+            Path.begin(ray, active, len(parts.groups)), sampler
+        )
+        self.spoilt += spoilt
+        dr.scatter_add(self._spoilt, path.spoilt, mi.UInt32(0), path.spoilt > 0)
+        layers = [part[channel] for part in path.light.groups for channel in range(3)]
+        return path.light.total, path.seen, layers

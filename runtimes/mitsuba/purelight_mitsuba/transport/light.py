@@ -1,0 +1,72 @@
+"""Light on its way to the pixel, as a whole and by light groups."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import drjit as dr
+import mitsuba as mi
+
+from purelight_format.errors import PureLightError
+from purelight_mitsuba.lamps.emitter import PureLightEmitter
+
+OTHERS, OTHERS_NAME = 0, "others"  # The group of Mitsuba's own emitters.
+
+
+def group_names(emitters: Sequence[PureLightEmitter]) -> list[str]:
+    """The light groups of a scene: that of Mitsuba's emitters, and those of its lamps in order.
+
+    Raises:
+        PureLightError: A lamp's group has the name of Mitsuba's emitters.
+    """
+    names = list(dict.fromkeys(e.light_group for e in emitters))
+    if OTHERS_NAME in names:
+        raise PureLightError(
+            f"light_group {OTHERS_NAME} is that of Mitsuba's own emitters; choose another name"
+        )
+    return [OTHERS_NAME, *names]
+
+
+@dataclass
+class Light:
+    """Light of each lane, W/(m² sr).
+
+    Arguments:
+        total: All of it.
+        groups: What each light group adds to it; empty unless somebody asked, and then free.
+    """
+
+    total: mi.Color3f
+    groups: list[mi.Color3f]
+
+    @staticmethod
+    def dark(groups: int, width: int = 1) -> Light:
+        """No light yet."""
+        return Light(
+            dr.zeros(mi.Color3f, width), [dr.zeros(mi.Color3f, width) for _ in range(groups)]
+        )
+
+    def __add__(self, other: Light) -> Light:
+        pairs = zip(self.groups, other.groups, strict=True)
+        return Light(self.total + other.total, [a + b for a, b in pairs])
+
+    def add(self, value: mi.Color3f, group: int | mi.UInt32 = OTHERS) -> Light:
+        """This and the light of one group."""
+        groups = [
+            part + dr.select(mi.UInt32(group) == index, value, 0)
+            for index, part in enumerate(self.groups)
+        ]
+        return Light(self.total + value, groups)
+
+    def scatter(self, value: mi.Color3f, lane: mi.UInt32, group: mi.UInt32) -> None:
+        """Adds light of groups to lanes, in place."""
+        dr.scatter_add(self.total, value, lane)
+        for index, part in enumerate(self.groups):
+            dr.scatter_add(part, value, lane, group == index)
+
+    def scatter_all(self, other: Light, lane: mi.UInt32) -> None:
+        """Adds other lanes' light to lanes, in place."""
+        dr.scatter_add(self.total, other.total, lane)
+        for part, more in zip(self.groups, other.groups, strict=True):
+            dr.scatter_add(part, more, lane)

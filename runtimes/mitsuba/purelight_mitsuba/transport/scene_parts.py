@@ -1,0 +1,92 @@
+"""What an integrator prepares once per scene: its emitters, its lamps and their networks."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass, replace
+from typing import Any
+
+import mitsuba as mi
+
+from purelight_mitsuba.lamps.emitter import PureLightEmitter
+from purelight_mitsuba.lamps.table import Lamps
+from purelight_mitsuba.transport.aimed import AimedLamps
+from purelight_mitsuba.transport.light import group_names
+from purelight_mitsuba.transport.media import MediaWarning, ignored
+from purelight_mitsuba.transport.queries import Queries
+from purelight_mitsuba.transport.queued import ShadowRays
+from purelight_mitsuba.transport.stock import StockEmitters
+from purelight_mitsuba.transport.walk import Walk
+
+LEAST_QUEUED = 3000  # Multiply-adds per shadow ray, from where on waiting pays.
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What an integrator is told about lamps (`integrator`)."""
+
+    mode: str
+    engine: str
+    light_groups: bool
+
+
+@dataclass(frozen=True)
+class SceneParts:
+    """A scene, taken apart.
+
+    Arguments:
+        key: Differs when the scene has to be prepared anew.
+        stock: Mitsuba's own emitters.
+        aimed, walk: None where there is no lamp.
+        later: The engine `queued`; None for `fused`.
+        groups: Names of the light groups to keep apart.
+        media: What to say about participating media, which are left out; empty if there are none.
+    """
+
+    key: tuple[Any, ...]
+    stock: StockEmitters
+    aimed: AimedLamps | None = None
+    walk: Walk | None = None
+    later: ShadowRays | None = None
+    groups: tuple[str, ...] = ()
+    media: str = ""
+
+
+def prepare(scene: mi.Scene, settings: Settings, before: SceneParts | None) -> SceneParts:
+    """Translates the networks and gathers the lamps, unless `before` still holds.
+
+    Warns of participating media, once for a scene.
+
+    Raises:
+        PureLightError: If a bundle lacks a network that the mode needs, or is not valid now.
+    """
+    emitters = [e for e in scene.emitters() if isinstance(e, PureLightEmitter)]
+    for emitter in emitters:
+        emitter.refresh()
+    # The scene itself would keep the integrator, and so itself, alive for ever.
+    state = ((e.placement, e.level, e.luminaire, e.light_group) for e in emitters)
+    key = (settings, *scene.emitters(), *state)
+    if before is not None and before.key == key:
+        return before
+    groups = tuple(group_names(emitters)) if settings.light_groups else ()
+    parts = SceneParts(key, StockEmitters(scene), groups=groups, media=ignored(scene))
+    if parts.media and (before is None or before.media != parts.media):
+        warnings.warn(parts.media, MediaWarning, stacklevel=2)
+    return _with_lamps(parts, Lamps(emitters, scene, groups), settings) if emitters else parts
+
+
+def _with_lamps(parts: SceneParts, lamps: Lamps, settings: Settings) -> SceneParts:
+    queued = _queues(settings, lamps)
+    queries = Queries(lamps, fast=settings.mode == "fast", queued=queued)
+    aimed, walk = AimedLamps(lamps, queries), Walk(lamps, queries)
+    later = ShadowRays(aimed, walk, lamps.luminaires) if queued else None
+    return replace(parts, aimed=aimed, walk=walk, later=later)
+
+
+def _queues(settings: Settings, lamps: Lamps) -> bool:
+    """Whether shadow rays toward lamps wait in a queue."""
+    if lamps.dark or settings.engine == "fused":
+        return False
+    names = ("fast_map",) if settings.mode == "fast" else ("sampler", "appearance")
+    cost = max(sum(lamp.cost(name) for name in names) for lamp in lamps.luminaires)
+    return settings.engine == "queued" or cost >= LEAST_QUEUED

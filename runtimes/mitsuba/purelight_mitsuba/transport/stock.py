@@ -1,0 +1,77 @@
+"""Mitsuba's own emitters: aiming at them, and hitting them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import drjit as dr
+import mitsuba as mi
+
+from purelight_mitsuba.lamps.emitter import PureLightEmitter
+from purelight_mitsuba.transport.walk import Segment, power
+
+
+class StockEmitters:
+    """The emitters of a scene that are not PureLight's; false if there is none."""
+
+    def __init__(self, scene: mi.Scene) -> None:
+        emitters = [e for e in scene.emitters() if not isinstance(e, PureLightEmitter)]
+        weights = [float(e.sampling_weight()) for e in emitters]
+        self._count = len(emitters) if sum(weights) > 0 else 0
+        if self._count:
+            self._total = mi.Float(sum(weights))
+            self._choice = mi.DiscreteDistribution(weights)
+            self._pointers = mi.EmitterPtr(emitters)
+            dr.make_opaque(self._total, self._pointers)
+
+    def __bool__(self) -> bool:
+        return self._count > 0
+
+    def none(self) -> list[Segment]:
+        """As many shadow rays as `aim` returns, none of them active."""
+        return [Segment.none()] if self else []
+
+    def aim(
+        self,
+        scene: mi.Scene,
+        si: mi.SurfaceInteraction3f,
+        bsdf: mi.BSDFPtr,
+        path: Any,
+        sampler: mi.Sampler,
+        active: mi.Bool,
+    ) -> list[Segment]:
+        """Sends a shadow ray toward one of the emitters, clear of the room's surfaces."""
+        if not self:
+            return []
+        index, chance = self._choice.sample_pmf(sampler.next_1d(), active)
+        emitter = dr.gather(mi.EmitterPtr, self._pointers, index, active)
+        ds, light = emitter.sample_direction(si, sampler.next_2d(), active)
+        active = active & (ds.pdf > 0) & (chance > 0)
+        # Mitsuba puts what is infinitely far on a sphere around its shapes, without the lamps, and
+        # around none if all are rectangles; the ray then ended before what is in its way.
+        far = mi.has_flag(emitter.flags(), mi.EmitterFlags.Infinite)
+        ray = dr.select(far, si.spawn_ray(ds.d), si.spawn_ray_to(ds.p))
+        active = active & ~scene.ray_test(ray, active)
+        value, pdf = bsdf.eval_pdf(mi.BSDFContext(), si, si.to_local(ds.d), active)
+        share = dr.select(ds.delta, 1, power(ds.pdf * chance, pdf)) / chance
+        total = path.throughput * value * light * share
+        ray = si.spawn_ray(ds.d)
+        length = dr.select(far, dr.largest(mi.Float), ds.dist)
+        return [Segment.of(ray, length, total, active & (dr.max(total) > 0), open=True)]
+
+    def hit(
+        self, scene: mi.Scene, si: mi.SurfaceInteraction3f, path: Any, hide: bool
+    ) -> mi.Color3f:
+        """Light of an emitter, or of the environment, that the path ran into."""
+        if not self:
+            return mi.Color3f(0)
+        emitter = si.emitter(scene)
+        active = path.active & (emitter != None)  # noqa: E711 - lane by lane
+        if hide:
+            active = active & (path.depth > 0)
+        compete = active & ~path.delta
+        ds = mi.DirectionSample3f(scene, si, path.previous)
+        pdf = emitter.pdf_direction(path.previous, ds, compete)
+        pdf = pdf * emitter.sampling_weight() / self._total
+        share = dr.select(compete, power(path.pdf, pdf), 1)
+        return dr.select(active, path.throughput * emitter.eval(si, active) * share, 0)
