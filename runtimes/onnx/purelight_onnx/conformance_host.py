@@ -11,11 +11,10 @@ import numpy as np
 
 from purelight_conformance import protocol
 from purelight_format import measures
-from purelight_format.color import LUMINANCE
 from purelight_format.errors import PureLightError
 from purelight_format.measures import BoundingSphere
 from purelight_format.networks.vectors import SIGNATURES
-from purelight_onnx.exit_surface import ExitSurface
+from purelight_onnx import lighting
 from purelight_onnx.luminaire import Luminaire
 from purelight_onnx.viewer import shade
 
@@ -55,7 +54,7 @@ class Placement:
 
 
 class OnnxHost:
-    """Answers with `Luminaire`, `ExitSurface` and the viewer; geometry in float32."""
+    """Answers with `Luminaire`, `lighting` and the viewer; geometry in float32."""
 
     name = "purelight-onnx"
     version = metadata.version("purelight")
@@ -68,15 +67,13 @@ class OnnxHost:
 
     def __init__(self) -> None:
         self._lamp: Luminaire | None = None
-        self._surface: ExitSurface | None = None
 
     def open(self, path: str) -> None:
-        self._lamp = self._surface = None
+        self._lamp = None
         lamp = Luminaire.open(path)
         for network in filter(lamp.has, SIGNATURES):
             lamp.network(network)  # Loaded now, so that its golden vectors are compared.
         self._lamp = lamp
-        self._surface = ExitSurface(lamp.bundle.surface(), lamp.manifest.bounding_sphere)
 
     def evaluate(self, operation: str, parameters: Parameters, inputs: Arrays) -> Arrays:
         answer: Arrays = getattr(self, f"_{operation}")(parameters, **inputs)
@@ -87,12 +84,6 @@ class OnnxHost:
         if self._lamp is None:
             raise PureLightError("open a bundle first")
         return self._lamp
-
-    @property
-    def surface(self) -> ExitSurface:
-        if self._surface is None:
-            raise PureLightError("open a bundle first")
-        return self._surface
 
     # Networks
 
@@ -173,50 +164,22 @@ class OnnxHost:
         place = Placement(given)
         start, toward = place.point(origin), place.direction(direction)
         behind = np.array(given["background"])
-        alone = shade(self.lamp, self.surface, start, toward, np.zeros(3))
-        return {
-            "radiance": shade(self.lamp, self.surface, start, toward, behind)
-            + (place.dimmer - 1) * alone
-        }
+        alone = shade(self.lamp, start, toward, np.zeros(3))
+        return {"radiance": shade(self.lamp, start, toward, behind) + (place.dimmer - 1) * alone}
 
     def _estimate(
         self, given: Parameters, point: np.ndarray, normal: np.ndarray, u: np.ndarray
     ) -> Arrays:
         place = Placement(given)
-        start = place.point(point)
-        toward, pdf = self.lamp.sample(start, u)
-        hits = self.surface.intersect(start, toward.astype(np.float64))
-        radiance = self.lamp.radiance(hits.position, hits.normal, -toward[hits.ray])
-        cosine = np.maximum((toward * place.direction(normal)).sum(1), 0)
-        weight = np.divide(cosine, pdf, out=np.zeros_like(cosine), where=pdf > 0)
-        irradiance = np.zeros((len(point), 3))
-        irradiance[hits.ray] = place.dimmer * radiance * weight[hits.ray, None]
-        return {"irradiance": irradiance}
+        local = place.point(point), place.direction(normal), u
+        return {"irradiance": place.dimmer * lighting.by_sampler(self.lamp, *local)}
 
     def _map_estimate(
         self, given: Parameters, point: np.ndarray, normal: np.ndarray, u: np.ndarray
     ) -> Arrays:
-        place, rows = Placement(given), np.arange(len(point))
-        start = place.point(point)
-        cells = self.lamp.radiance_map(start).reshape(-1, 256, 3).astype(np.float64)
-        power = cells @ LUMINANCE
-        reached = np.cumsum(power, 1)
-        target = u[:, 0] * reached[:, -1]
-        chosen = np.minimum((reached <= target[:, None]).sum(1), 255)
-        own, total = power[rows, chosen], reached[:, -1]
-        lit = own > 0
-        rest = np.divide(
-            target - reached[rows, chosen] + own, own, out=np.zeros_like(own), where=lit
-        )
-        corner = np.stack((chosen % 16, chosen // 16), 1)
-        square = (corner + np.stack((rest, u[:, 1]), 1)) / 16
-        cap = measures.cap(start, self.lamp.manifest.bounding_sphere)
-        share = np.divide(total * cap.solid_angle, own * 256, out=np.zeros_like(own), where=lit)
-        share *= cap.outside
-        weight = place.dimmer * cells[rows, chosen] * share[:, None]
-        toward = measures.cap_to_direction(square, cap)
-        cosine = np.maximum((toward * place.direction(normal)).sum(1), 0)
-        return {"irradiance": weight * cosine[:, None]}
+        place = Placement(given)
+        local = place.point(point), place.direction(normal), u
+        return {"irradiance": place.dimmer * lighting.by_map(self.lamp, *local)}
 
 
 def _sphere(given: Parameters) -> BoundingSphere:

@@ -18,17 +18,23 @@ class Hits:
 
     Arguments:
         ray: [M] index of the ray.
+        triangle: [M] index of the triangle.
         position: [M, 3] in metres.
         normal: [M, 3] geometric unit normals, turned against the ray.
     """
 
     ray: np.ndarray
+    triangle: np.ndarray
     position: np.ndarray
     normal: np.ndarray
 
 
 class ExitSurface:
-    """The triangles of a luminaire, in units of its radius, so that any lamp is of size one."""
+    """The triangles of a luminaire, in units of its radius, so that any lamp is of size one.
+
+    Attributes:
+        area: [T] of the triangles, in m².
+    """
 
     def __init__(self, surface: Surface, sphere: BoundingSphere) -> None:
         self.centre, self.radius = np.array(sphere.center, np.float64), sphere.radius
@@ -37,8 +43,9 @@ class ExitSurface:
         cross = np.cross(
             self.corner[:, 1] - self.corner[:, 0], self.corner[:, 2] - self.corner[:, 0]
         )
-        area = np.linalg.norm(cross, axis=1, keepdims=True)
-        self.normal = cross / np.where(area > 0, area, 1)
+        double = np.linalg.norm(cross, axis=1, keepdims=True)
+        self.normal = cross / np.where(double > 0, double, 1)
+        self.area = double[:, 0] / 2 * self.radius**2
         mesh = trimesh.Trimesh(vertices, surface.triangles, process=False)
         self._embree = RayMeshIntersector(mesh, scale_to_box=False)
 
@@ -55,4 +62,11 @@ class ExitSurface:
         normal, cosine = normal[solid], cosine[solid]
         depth = ((self.corner[triangle, 0] - start) * normal).sum(1) / cosine
         position = self.centre + self.radius * (start + depth[:, None] * direction)
-        return Hits(ray, position, np.where(cosine[:, None] > 0, -normal, normal))
+        return Hits(ray, triangle, position, np.where(cosine[:, None] > 0, -normal, normal))
+
+    def point(self, triangle: np.ndarray, u: np.ndarray) -> np.ndarray:
+        """Points [N, 3] in metres, even on triangles [N], from squares [N, 2]."""
+        root = np.sqrt(u[:, :1])
+        a, b, c = np.moveaxis(self.corner[triangle], 1, 0)
+        inside = a + root * ((1 - u[:, 1:]) * (b - a) + u[:, 1:] * (c - a))
+        return self.centre + self.radius * inside

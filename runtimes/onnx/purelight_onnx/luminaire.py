@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cached_property
 from pathlib import Path
 from threading import Lock
 
@@ -12,6 +13,7 @@ from purelight_format.bundle import Bundle
 from purelight_format.errors import PureLightError
 from purelight_format.members.manifest import Manifest
 from purelight_format.networks.vectors import Vectors, compare
+from purelight_onnx.exit_surface import ExitSurface
 from purelight_onnx.session import Session
 
 UNIT_TOLERANCE = 1e-3
@@ -45,6 +47,11 @@ class Luminaire:
     @property
     def manifest(self) -> Manifest:
         return self.bundle.manifest
+
+    @cached_property
+    def exit_surface(self) -> ExitSurface:
+        """What rays can meet of the luminaire."""
+        return ExitSurface(self.bundle.surface(), self.manifest.bounding_sphere)
 
     def has(self, network: str) -> bool:
         """Whether the bundle carries this network."""

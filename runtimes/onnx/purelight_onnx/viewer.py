@@ -9,7 +9,6 @@ import numpy as np
 
 from purelight_format.errors import SpoiltWarning
 from purelight_onnx.camera import Camera
-from purelight_onnx.exit_surface import ExitSurface
 from purelight_onnx.luminaire import Luminaire
 
 RAYS = 1 << 16
@@ -36,14 +35,13 @@ def render(
     Returns:
         [size, size, 3] linear Rec.709 in W/(m² sr), rows from the top.
     """
-    surface = ExitSurface(luminaire.bundle.surface(), luminaire.manifest.bounding_sphere)
     behind = np.asarray(background, np.float64)
     rng = np.random.default_rng(seed)
     image, spoilt = np.zeros((camera.size**2, 3)), 0
     for _ in range(samples):
         for start in range(0, len(image), RAYS):
             pixel = np.arange(start, min(start + RAYS, len(image)))
-            light = shade(luminaire, surface, *camera.rays(pixel, rng), behind)
+            light = shade(luminaire, *camera.rays(pixel, rng), behind)
             good = np.isfinite(light).all(1)
             image[pixel[good]] += light[good]
             spoilt += len(pixel) - int(good.sum())
@@ -55,14 +53,13 @@ def render(
 
 def shade(
     luminaire: Luminaire,
-    surface: ExitSurface,
     origin: np.ndarray,
     direction: np.ndarray,
     background: np.ndarray,
 ) -> np.ndarray:
     """Radiance along rays [N, 3] against their direction: [N, 3] in W/(m² sr)."""
     result = np.tile(background, (len(origin), 1))
-    hits = surface.intersect(origin, direction)
+    hits = luminaire.exit_surface.intersect(origin, direction)
     query = hits.position, hits.normal, -direction[hits.ray]
     radiance = luminaire.radiance(*query)
     if luminaire.has("transparency"):
