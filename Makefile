@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 READY := .venv/purelight-ready
 
-.PHONY: demo test test-all lint bench
+.PHONY: demo test test-all lint docs bench
 
 demo: $(READY)  ## train, export and render a lamp; the report lands in out/demo
 	$(BIN)/purelight-demo --output out/demo
@@ -18,6 +18,9 @@ lint: $(READY)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+
+docs: $(READY)  ## the site; open out/docs/index.html
+	$(BIN)/python -m sphinx --fail-on-warning --keep-going -q docs out/docs
 
 bench: $(READY)  ## speed against error; the tables land in out/bench
 	$(BIN)/python -m benchmarks --output out/bench

@@ -13,5 +13,9 @@ LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 
 
 def lumens(flux: Sequence[float] | np.ndarray) -> float:
-    """Luminous flux of W per channel [3]."""
+    """Luminous flux of W per channel [3].
+
+    >>> round(lumens([1.0, 1.0, 1.0]))
+    683
+    """
     return float(LUMENS_PER_WATT * np.asarray(flux, np.float64) @ LUMINANCE)

@@ -106,6 +106,10 @@ def cap(point: np.ndarray, sphere: BoundingSphere) -> Cap:
     Arguments:
         point: [N, 3] in metres.
         sphere: the sphere.
+
+    >>> seen = cap(np.array([[0, 0, 2.0]]), BoundingSphere((0, 0, 0), 1.0))
+    >>> seen.axis, seen.solid_angle.round(4)
+    (array([[ 0.,  0., -1.]]), array([0.8418]))
     """
     offset, distance = _offset(point, sphere)
     safe = np.where(distance > 0, distance, 1)

@@ -130,7 +130,7 @@ def compare(
 ) -> Comparison:
     """Compares a host's results with the golden vectors.
 
-    A vector passes where |result - output| <= tolerance in every element; anything not finite
+    A vector passes where `|result - output| <= tolerance` in every element; anything not finite
     fails. The errors are for people and are measured where a network is trained.
 
     Arguments:

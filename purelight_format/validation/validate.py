@@ -117,6 +117,10 @@ def validate(source: str | Path | bytes, limits: Limits = LIMITS) -> Report:
 
     Raises:
         PureLightError: If the path cannot be read, or the onnx package is not installed.
+
+    >>> report = validate(b"no bundle")
+    >>> report.valid, [issue.code.name for issue in report.issues]
+    (False, ['PLX_ZIP_BAD_SIGNATURE'])
     """
     if isinstance(source, bytes):
         return examine(source, limits=limits).report
