@@ -60,7 +60,7 @@ def gather_spec() -> None:
     for page in folder.glob("*.md"):
         text = re.sub(r'<a id="(\w+)"></a>', r"(\1)=\n", page.read_text("utf-8"))
         text = text.replace("](../SECURITY.md)", "](SECURITY.md)").replace(
-            "[schema](schema)", "schema"
+            "[schema/](schema)", "`schema/`"
         )
         page.write_text(re.sub(r"\]\(spec/", "](", text), "utf-8")
     tree = "\n".join(["", "```{toctree}", ":hidden:", "", *SPEC, "```", ""])
