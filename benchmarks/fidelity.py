@@ -20,11 +20,12 @@ from purelight_export import photometry
 from purelight_format import measures
 from purelight_format.color import LUMINANCE
 from purelight_onnx.luminaire import Luminaire
-from purelight_train.learning.cap_samples import look, shading_points
+from purelight_train.learning.cap_samples import shading_points
 from purelight_train.learning.teacher import Teacher
 from purelight_train.light.description import Description
 from purelight_train.light.exit_surface import ExitSurface
 from purelight_train.light.light_tracing import trace_records
+from purelight_train.light.radiance_field import look
 from purelight_train.runs.pipeline import reopen
 from purelight_train.runs.progress import Bar
 from purelight_train.runs.run_directory import RunDirectory

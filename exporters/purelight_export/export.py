@@ -16,16 +16,16 @@ from tqdm import tqdm
 from purelight_export.parts import CHOICES, Part, make_parts, require_agreement
 from purelight_export.photometry import Intensity, ies_file, intensity, unit_ies_file
 from purelight_format import atomic, bundle, color
+from purelight_format.camera import Camera
 from purelight_format.errors import PureLightError
 from purelight_format.members import PHOTOMETRY, PREVIEW
 from purelight_format.members.manifest import Manifest, NetworkInfo
 from purelight_format.members.surface import Surface
 from purelight_format.networks.golden import golden_vectors
 from purelight_format.networks.profile import inspect
+from purelight_format.srgb import png
 from purelight_format.usd import asset_layer
-from purelight_onnx.camera import Camera
 from purelight_onnx.luminaire import Luminaire
-from purelight_onnx.picture import png
 from purelight_onnx.viewer import render
 from purelight_train.runs.run_directory import RunDirectory
 

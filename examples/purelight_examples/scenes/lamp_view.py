@@ -8,7 +8,7 @@ import xml.etree.ElementTree as ET
 import numpy as np
 
 from purelight_examples.scenes.lamp_choice import RealLamp
-from purelight_onnx.camera import Camera
+from purelight_format.camera import Camera
 
 
 def view_scene(lamp: RealLamp, camera: Camera) -> ET.Element:
