@@ -11,10 +11,11 @@ from typing import Any
 import numpy as np
 
 from purelight_conformance import operations, protocol
-from purelight_conformance.operations import OPERATIONS, Instance, Lamp, Query
+from purelight_conformance.operations import OPERATIONS, Lamp, Query
 from purelight_format import measures
 from purelight_format.bundle import Bundle
 from purelight_format.errors import PureLightError
+from purelight_format.measures import Placement
 from purelight_format.networks import reference
 from purelight_format.validation.report import Report
 from purelight_format.validation.validate import validate
@@ -69,9 +70,9 @@ def cosine_measure() -> None:
     """Densities per projected solid angle where they should be per solid angle."""
 
     def estimate(ask: Query, answer: Arrays) -> Arrays:
-        local = ask.instance.point(ask["point"])
+        local = ask.instance.point_to_local(ask["point"])
         toward = ask.asset("sampler", ask.dtype, point=local, u=ask["u"])["toward"]
-        cosine = (ask.instance.to_world(toward) * ask["normal"]).sum(1)
+        cosine = (ask.instance.direction_to_world(toward) * ask["normal"]).sum(1)
         return {"irradiance": answer["irradiance"] / np.where(cosine > 0, cosine, 1)[:, None]}
 
     def area(ask: Query, answer: Arrays) -> Arrays:
@@ -133,16 +134,16 @@ def unturned_normal() -> None:
 
     def surface(ask: Query, position: np.ndarray, normal: np.ndarray, out: np.ndarray) -> Arrays:
         place = ask.instance
-        turned = {"normal": place.direction(normal), "outgoing": place.direction(out)}
-        return {"position": place.point(position), **turned}
+        normal, out = map(place.direction_to_local, (normal, out))
+        return {"position": place.point_to_local(position), "normal": normal, "outgoing": out}
 
     operations._facing, operations._surface = hits, surface
 
 
 def transposed_rotation() -> None:
     """Directions turned the wrong way."""
-    Instance.direction, Instance.to_world = (  # type: ignore[method-assign]
-        Instance.to_world, Instance.direction,
+    Placement.direction_to_local, Placement.direction_to_world = (  # type: ignore[method-assign]
+        Placement.direction_to_world, Placement.direction_to_local,
     )  # fmt: skip
 
 
@@ -154,7 +155,7 @@ def scaled_radiance() -> None:
 
 def uniform_transform_only_in_name() -> None:
     """Any matrix is taken for a rotation and a scale."""
-    operations.UNEVEN = np.inf
+    measures.UNEVEN = np.inf
 
 
 def takes_everything() -> None:

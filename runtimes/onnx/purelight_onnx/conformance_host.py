@@ -11,9 +11,8 @@ import numpy as np
 
 from purelight_conformance import protocol
 from purelight_format import measures
-from purelight_format.color import LUMINANCE
 from purelight_format.errors import PureLightError
-from purelight_format.measures import BoundingSphere
+from purelight_format.measures import BoundingSphere, Placement
 from purelight_format.networks.vectors import SIGNATURES
 from purelight_onnx.exit_surface import ExitSurface
 from purelight_onnx.luminaire import Luminaire
@@ -21,37 +20,6 @@ from purelight_onnx.viewer import shade
 
 Arrays = dict[str, np.ndarray]
 Parameters = Mapping[str, Any]
-TOLERANCE = 1e-4
-
-
-class Placement:
-    """World to luminaire frame and back: world = scale · rotation · local + translation.
-
-    Arguments:
-        parameters: of the call: `to_world`, 16 numbers row by row, and `dimmer`.
-
-    Raises:
-        PureLightError: If the transform is more than a rotation, a uniform scale and a shift.
-    """
-
-    def __init__(self, parameters: Parameters) -> None:
-        matrix = np.reshape(parameters.get("to_world", np.eye(4)), (4, 4)).astype(np.float64)
-        self.dimmer = float(parameters.get("dimmer", 1.0))
-        self.scale = float(np.cbrt(np.linalg.det(matrix[:3, :3])))
-        if self.scale <= 0:
-            raise PureLightError("to_world mirrors or flattens the lamp")
-        self.rotation, self.shift = matrix[:3, :3] / self.scale, matrix[:3, 3]
-        if not np.allclose(self.rotation @ self.rotation.T, np.eye(3), atol=TOLERANCE):
-            raise PureLightError("to_world shears the lamp or scales its axes differently")
-
-    def point(self, world: np.ndarray) -> np.ndarray:
-        return (world - self.shift) @ self.rotation / self.scale
-
-    def direction(self, world: np.ndarray) -> np.ndarray:
-        return world @ self.rotation
-
-    def outward(self, local: np.ndarray) -> np.ndarray:
-        return local @ self.rotation.T
 
 
 class OnnxHost:
@@ -138,85 +106,70 @@ class OnnxHost:
         square, inside = measures.direction_to_cap(toward, measures.cap(point, _sphere(given)))
         return {"u": square, "inside": inside.astype(np.float32)}
 
-    def _area_to_solid_angle(
-        self,
-        _: Parameters,
-        point: np.ndarray,
-        position: np.ndarray,
-        normal: np.ndarray,
-        pdf_area: np.ndarray,
-    ) -> Arrays:
-        offset = position - point
-        distance = np.linalg.norm(offset, axis=1)
-        cosine = np.abs((offset * normal).sum(1)) / distance
-        return {"pdf_solid_angle": pdf_area * distance**2 / cosine}
+    def _area_to_solid_angle(self, _: Parameters, **met: np.ndarray) -> Arrays:
+        return {"pdf_solid_angle": measures.area_to_solid_angle(**met)}
 
     # The lamp in the world
 
     def _instance_radiance(
         self, given: Parameters, position: np.ndarray, normal: np.ndarray, outgoing: np.ndarray
     ) -> Arrays:
-        place = Placement(given)
+        place = _placement(given)
         side = np.where((normal * outgoing).sum(1) < 0, -1, 1)[:, None]
-        radiance = self.lamp.radiance(
-            place.point(position), place.direction(normal * side), place.direction(outgoing)
-        )
-        return {"radiance": place.dimmer * radiance}
+        normal, outgoing = map(place.direction_to_local, (normal * side, outgoing))
+        radiance = self.lamp.radiance(place.point_to_local(position), normal, outgoing)
+        return {"radiance": _dimmer(given) * radiance}
 
     def _instance_sample(self, given: Parameters, point: np.ndarray, u: np.ndarray) -> Arrays:
-        place = Placement(given)
-        toward, pdf = self.lamp.sample(place.point(point), u)
-        return {"toward": place.outward(toward), "pdf_solid_angle": pdf}
+        place = _placement(given)
+        toward, pdf = self.lamp.sample(place.point_to_local(point), u)
+        return {"toward": place.direction_to_world(toward), "pdf_solid_angle": pdf}
 
     def _view(self, given: Parameters, origin: np.ndarray, direction: np.ndarray) -> Arrays:
         """The viewer with the lamp at full level, before a background that makes up for it."""
-        place = Placement(given)
-        start, toward = place.point(origin), place.direction(direction)
+        place = _placement(given)
+        start, toward = place.point_to_local(origin), place.direction_to_local(direction)
         behind = np.array(given["background"])
         alone = shade(self.lamp, self.surface, start, toward, np.zeros(3))
         return {
             "radiance": shade(self.lamp, self.surface, start, toward, behind)
-            + (place.dimmer - 1) * alone
+            + (_dimmer(given) - 1) * alone
         }
 
     def _estimate(
         self, given: Parameters, point: np.ndarray, normal: np.ndarray, u: np.ndarray
     ) -> Arrays:
-        place = Placement(given)
-        start = place.point(point)
+        place = _placement(given)
+        start = place.point_to_local(point)
         toward, pdf = self.lamp.sample(start, u)
         hits = self.surface.intersect(start, toward.astype(np.float64))
-        radiance = self.lamp.radiance(hits.position, hits.normal, -toward[hits.ray])
-        cosine = np.maximum((toward * place.direction(normal)).sum(1), 0)
-        weight = np.divide(cosine, pdf, out=np.zeros_like(cosine), where=pdf > 0)
-        irradiance = np.zeros((len(point), 3))
-        irradiance[hits.ray] = place.dimmer * radiance * weight[hits.ray, None]
-        return {"irradiance": irradiance}
+        radiance = np.zeros((len(point), 3))
+        radiance[hits.ray] = self.lamp.radiance(hits.position, hits.normal, -toward[hits.ray])
+        return _irradiance(given, radiance, toward, pdf, normal)
 
     def _map_estimate(
         self, given: Parameters, point: np.ndarray, normal: np.ndarray, u: np.ndarray
     ) -> Arrays:
-        place, rows = Placement(given), np.arange(len(point))
-        start = place.point(point)
-        cells = self.lamp.radiance_map(start).reshape(-1, 256, 3).astype(np.float64)
-        power = cells @ LUMINANCE
-        reached = np.cumsum(power, 1)
-        target = u[:, 0] * reached[:, -1]
-        chosen = np.minimum((reached <= target[:, None]).sum(1), 255)
-        own, total = power[rows, chosen], reached[:, -1]
-        lit = own > 0
-        rest = np.divide(
-            target - reached[rows, chosen] + own, own, out=np.zeros_like(own), where=lit
-        )
-        corner = np.stack((chosen % 16, chosen // 16), 1)
-        square = (corner + np.stack((rest, u[:, 1]), 1)) / 16
+        start = _placement(given).point_to_local(point)
+        radiance_map = self.lamp.radiance_map(start).astype(np.float64)
         cap = measures.cap(start, self.lamp.manifest.bounding_sphere)
-        share = np.divide(total * cap.solid_angle, own * 256, out=np.zeros_like(own), where=lit)
-        share *= cap.outside
-        weight = place.dimmer * cells[rows, chosen] * share[:, None]
-        toward = measures.cap_to_direction(square, cap)
-        cosine = np.maximum((toward * place.direction(normal)).sum(1), 0)
-        return {"irradiance": weight * cosine[:, None]}
+        return _irradiance(given, *measures.draw_from_map(radiance_map, u, cap), normal)
+
+
+def _placement(given: Parameters) -> Placement:
+    return Placement.of(given.get("to_world", np.eye(4)), "the lamp")
+
+
+def _dimmer(given: Parameters) -> float:
+    return float(given.get("dimmer", 1.0))
+
+
+def _irradiance(
+    given: Parameters, radiance: np.ndarray, toward: np.ndarray, pdf: np.ndarray, normal: np.ndarray
+) -> Arrays:
+    """Of a surface in the world, by directions in the luminaire frame."""
+    cosine = (_placement(given).direction_to_world(toward) * normal).sum(1)
+    return {"irradiance": _dimmer(given) * measures.light_estimate(radiance, cosine, pdf)}
 
 
 def _sphere(given: Parameters) -> BoundingSphere:
