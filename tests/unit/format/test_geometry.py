@@ -172,13 +172,16 @@ def test_far_points_keep_their_density(dtype: type, radius: float) -> None:
 
 
 def test_encoded_points_fill_the_cube_and_stop_at_r_max() -> None:
-    q, t = encode_point(points([0.5, 1.0, 15.0, 1e6]), SPHERE, 15.0)
-    length = np.linalg.norm(q, axis=1).reshape(4, 40)
+    place, t = encode_point(points([0.5, 1.0, 15.0, 1e6]), SPHERE, 15.0)
+    length = np.linalg.norm(2 * place - 1, axis=1).reshape(4, 40)
     np.testing.assert_allclose(length, np.array([0.5, 0.5, 1, 1])[:, None] + np.zeros(40))
     angle = 2 / np.pi * np.arcsin(1 / 15)
     np.testing.assert_allclose(t.reshape(4, 40)[:, 0], [1, 1, angle, angle], rtol=1e-7)
     centre, _ = encode_point(np.array([SPHERE.center]), SPHERE, 15.0)
-    np.testing.assert_array_equal(centre, [[0, 0, 0]])
+    np.testing.assert_array_equal(centre, [[0.5, 0.5, 0.5]])
+    x, y, z = SPHERE.center
+    away, _ = encode_point(np.array([[x + 15 * SPHERE.radius, y, z]]), SPHERE, 15.0)
+    np.testing.assert_allclose(away, [[1, 0.5, 0.5]])
 
 
 def test_no_points_are_no_trouble() -> None:
