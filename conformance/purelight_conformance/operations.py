@@ -26,7 +26,7 @@ EDGE = 1e-3  # Rays this near to an edge of a triangle, in barycentric units, pr
 
 
 @dataclass(frozen=True)
-class Lamp:
+class Asset:
     """A bundle as the operations use it.
 
     Arguments:
@@ -38,12 +38,12 @@ class Lamp:
     models: Mapping[str, bytes]
 
     @staticmethod
-    def of(bundle: Bundle) -> Lamp:
+    def of(bundle: Bundle) -> Asset:
         names = [name for name in bundle.manifest.networks if name in SIGNATURES]
         models = {name: bundle.read(members.network(name)) for name in names}
-        return Lamp(bundle.manifest, bundle.surface(), models)
+        return Asset(bundle.manifest, bundle.surface(), models)
 
-    def shaken(self, rng: np.random.Generator) -> Lamp:
+    def shaken(self, rng: np.random.Generator) -> Asset:
         """The lamp with its weights rounded differently."""
         return replace(self, models={k: shaken(model, rng) for k, model in self.models.items()})
 
@@ -61,7 +61,7 @@ class Query:
         inputs: [N, ...] by name, already in the type to calculate in.
     """
 
-    lamp: Lamp | None
+    lamp: Asset | None
     parameters: Mapping[str, Any]
     inputs: Arrays
     dtype: Any
@@ -70,7 +70,7 @@ class Query:
         return self.inputs[name]
 
     @property
-    def asset(self) -> Lamp:
+    def asset(self) -> Asset:
         assert self.lamp is not None  # Operations that need one are only put with one.
         return self.lamp
 
@@ -168,7 +168,7 @@ def _instance_sample(ask: Query) -> Arrays:
 
 
 @dataclass(frozen=True)
-class Hits:
+class FirstHits:
     """Where rays of the luminaire frame first meet the exit surface.
 
     Arguments:
@@ -183,7 +183,7 @@ class Hits:
     clear: np.ndarray
 
 
-def intersect(lamp: Lamp, origin: np.ndarray, direction: np.ndarray) -> Hits:
+def intersect(lamp: Asset, origin: np.ndarray, direction: np.ndarray) -> FirstHits:
     """Every ray against every triangle, of those that have an area."""
     dtype, radius = origin.dtype, lamp.manifest.bounding_sphere.radius
     corners = (lamp.surface.positions / radius).astype(dtype)[lamp.surface.triangles]
@@ -209,7 +209,7 @@ def intersect(lamp: Lamp, origin: np.ndarray, direction: np.ndarray) -> Hits:
     centre = np.array(lamp.manifest.bounding_sphere.center, dtype)
     position = np.where(valid[:, None], position, centre)  # A harmless place to ask networks of.
     near = (np.abs(margin) < EDGE) & (depth > 0)
-    return Hits(valid, position, (cross / area[:, None])[first], ~near.any(1))
+    return FirstHits(valid, position, (cross / area[:, None])[first], ~near.any(1))
 
 
 def _view(ask: Query) -> Arrays:
@@ -226,7 +226,7 @@ def _view(ask: Query) -> Arrays:
     return {"radiance": np.where(hits.valid[:, None], seen, background)}
 
 
-def _facing(hits: Hits, outgoing: np.ndarray) -> Arrays:
+def _facing(hits: FirstHits, outgoing: np.ndarray) -> Arrays:
     facing = (hits.normal * outgoing).sum(1, keepdims=True) >= 0
     normal = np.where(facing, hits.normal, -hits.normal)
     return {"position": hits.position, "normal": normal, "outgoing": outgoing}
@@ -279,7 +279,7 @@ class Operation:
     parameters: tuple[str, ...] = ()
 
     def __call__(
-        self, lamp: Lamp | None, parameters: Mapping[str, Any], inputs: Arrays, dtype: Any
+        self, lamp: Asset | None, parameters: Mapping[str, Any], inputs: Arrays, dtype: Any
     ) -> Arrays:
         """Evaluates rows [N, ...]."""
         typed = {name: np.asarray(array, dtype) for name, array in inputs.items()}

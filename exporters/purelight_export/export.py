@@ -72,7 +72,7 @@ def export(
     run = RunDirectory.open(run_path)
     if lumens is not None:
         run = replace(run, power=_power(run, lumens))
-    lamp = Lamp(run, name or Path(run.config["luminaire"]).stem, lumens)
+    lamp = Facts(run, name or Path(run.config["luminaire"]).stem, lumens)
     wanted = [choice for choice in CHOICES if choice == "appearance" or choice in networks]
     surface = lamp.surface
     parts = make_parts(
@@ -97,7 +97,7 @@ def _power(run: RunDirectory, wanted: float) -> float:
 
 
 @dataclass(frozen=True)
-class Lamp:
+class Facts:
     """What the bundle says of the lamp besides its networks.
 
     Arguments:
@@ -202,7 +202,7 @@ def _preview(manifest: Manifest, members: Members) -> bytes:
         return png(render(luminaire, camera, samples=4))
 
 
-def _beside(lamp: Lamp, written: bundle.Bundle) -> list[Path]:
+def _beside(lamp: Facts, written: bundle.Bundle) -> list[Path]:
     """Writes the photometric file, the shape for USD lights, and the USD asset."""
     files = [written.path.with_suffix(suffix) for suffix in (".ies", ".shape.ies", ".usda")]
     photometry, shape, asset = files

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from purelight_conformance import operations, protocol
-from purelight_conformance.operations import OPERATIONS, Lamp, Query
+from purelight_conformance.operations import OPERATIONS, Asset, Query
 from purelight_format import measures
 from purelight_format.bundle import Bundle
 from purelight_format.errors import PureLightError
@@ -30,13 +30,13 @@ class BookHost:
     operations: tuple[str, ...] = (*OPERATIONS, protocol.READER)
 
     def __init__(self) -> None:
-        self._lamp: Lamp | None = None
+        self._lamp: Asset | None = None
 
     def open(self, path: str) -> None:
         self._lamp = None
         if self.refuses(report := validate(path)):
             raise PureLightError(report.issues[0].message if report.issues else "not today")
-        self._lamp = Lamp.of(Bundle.open(path))
+        self._lamp = Asset.of(Bundle.open(path))
 
     @staticmethod
     def refuses(report: Report) -> bool:
@@ -57,13 +57,13 @@ def spoil(operation: str, change: Callable[[Query, Arrays], Arrays]) -> None:
 
 def axis_order() -> None:
     """Y up: the networks get y and z exchanged."""
-    right = Lamp.__call__
+    right = Asset.__call__
 
-    def ask(lamp: Lamp, network: str, dtype: Any, **inputs: np.ndarray) -> Arrays:
+    def ask(lamp: Asset, network: str, dtype: Any, **inputs: np.ndarray) -> Arrays:
         turned = {k: v[:, [0, 2, 1]] if v.shape[1] == 3 else v for k, v in inputs.items()}
         return right(lamp, network, dtype, **turned)
 
-    Lamp.__call__ = ask  # type: ignore[method-assign]
+    Asset.__call__ = ask  # type: ignore[method-assign]
 
 
 def cosine_measure() -> None:
@@ -98,13 +98,13 @@ def cancellation() -> None:
 
 def transposed_map() -> None:
     """Rows of the radiance map for columns."""
-    right = Lamp.__call__
+    right = Asset.__call__
 
-    def ask(lamp: Lamp, network: str, dtype: Any, **inputs: np.ndarray) -> Arrays:
+    def ask(lamp: Asset, network: str, dtype: Any, **inputs: np.ndarray) -> Arrays:
         answer = right(lamp, network, dtype, **inputs)
         return {k: v.swapaxes(1, 2) if k == "radiance_map" else v for k, v in answer.items()}
 
-    Lamp.__call__ = ask  # type: ignore[method-assign]
+    Asset.__call__ = ask  # type: ignore[method-assign]
 
 
 def tf32() -> None:
@@ -129,7 +129,7 @@ def swapped_channels() -> None:
 def unturned_normal() -> None:
     """A triangle's normal as the mesh has it."""
 
-    def hits(found: operations.Hits, outgoing: np.ndarray) -> Arrays:
+    def hits(found: operations.FirstHits, outgoing: np.ndarray) -> Arrays:
         return {"position": found.position, "normal": found.normal, "outgoing": outgoing}
 
     def surface(ask: Query, position: np.ndarray, normal: np.ndarray, out: np.ndarray) -> Arrays:

@@ -14,7 +14,7 @@ from purelight_format import usd_schema
 from purelight_format.errors import PureLightError
 from purelight_format.networks.profile import inspect
 
-HEAVY = ("torch", "mitsuba", "onnxruntime", "pxr", "onnx", "scipy")
+HEAVY = ("torch", "mitsuba", "onnxruntime", "pxr", "onnx", "scipy", "PIL")
 MODULES = [
     info.name for info in pkgutil.walk_packages(purelight_format.__path__, "purelight_format.")
 ]

@@ -23,7 +23,7 @@ class PointEncoding(nn.Module):
 
     def __init__(self, description: Description, grid: GridSize) -> None:
         super().__init__()
-        x, y, z = np.float32(description.sphere.center).tolist()
+        x, y, z = np.array(description.sphere.center, np.float32).tolist()
         self.sphere = BoundingSphere((x, y, z), description.sphere.radius)
         self.r_max = description.r_max
         self.grid = make_grid(grid)
