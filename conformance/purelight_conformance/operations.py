@@ -246,8 +246,8 @@ def _map_estimate(ask: Query) -> Arrays:
     place = ask.instance
     local = place.point_to_local(ask["point"])
     radiance_map = ask.asset("fast_map", ask.dtype, point=local)["radiance_map"]
-    drawn = measures.draw_from_map(radiance_map, ask["u"], measures.cap(local, ask.sphere))
-    radiance, toward, pdf = drawn
+    view = measures.cap(local, ask.sphere)
+    radiance, toward, pdf = measures.draw_from_map(radiance_map, ask["u"], view)
     return _irradiance(ask, radiance * ask.dtype(ask.dimmer), place.direction_to_world(toward), pdf)
 
 
