@@ -24,7 +24,8 @@ from purelight_format import atomic
 from purelight_mitsuba import platform
 
 if TYPE_CHECKING:  # Mitsuba's variant must be set before it is imported
-    from purelight_train.learning.cap_samples import CapSamples, Radiance
+    from purelight_train.learning.cap_samples import CapSamples
+    from purelight_train.light.radiance_field import Radiance
     from purelight_train.networks.sampler import Sampler
     from purelight_train.runs.pipeline import Training
 

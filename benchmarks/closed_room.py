@@ -181,7 +181,7 @@ class Room:
 
     def measure(self, bundle: Path, real: Path, paths: int, spp: int, path_spp: int) -> Figures:
         """Errors of both modes, and their ratio to the truth ring by ring around the sphere."""
-        from purelight_onnx.picture import png
+        from purelight_format.srgb import png
         from purelight_train.truth.metrics import Comparison
 
         spp_truth = -(-paths // SIZE**2)

@@ -20,15 +20,16 @@ from purelight_export import photometry
 from purelight_format import measures
 from purelight_format.color import LUMINANCE
 from purelight_onnx.luminaire import Luminaire
-from purelight_train.learning.cap_samples import look, shading_points
+from purelight_train.learning.cap_samples import shading_points
 from purelight_train.learning.teacher import Teacher
 from purelight_train.light.description import Description
 from purelight_train.light.exit_surface import ExitSurface
 from purelight_train.light.light_tracing import trace_records
+from purelight_train.light.radiance_field import look
 from purelight_train.runs.pipeline import reopen
 from purelight_train.runs.progress import Bar
 from purelight_train.runs.run_directory import RunDirectory
-from purelight_train.truth.far_field import FarField, interpolate
+from purelight_train.truth.far_field import IntensityZones, interpolate
 from purelight_train.truth.light_traced import light_traced, sharp_share
 from purelight_train.truth.metrics import Comparison, Mask
 from purelight_train.truth.picture import Picture
@@ -300,7 +301,7 @@ def far_field(subject: Subject, paths: int = 1 << 24) -> Figures:
     """The table of the exported IES file against light counted in zones of equal solid angle."""
     data = RunDirectory.open(subject.run).read_arrays("escaped.npz")
     table = photometry.intensity(data["direction"], data["weight"], subject.description.flux)
-    true = FarField.of(trace_records(subject.lamp, paths, 78))
+    true = IntensityZones.of(trace_records(subject.lamp, paths, 78))
     told = interpolate(table.vertical, table.horizontal, table.values, true.directions()).mean(2)
     return {
         "mean_absolute_over_mean": float(

@@ -29,7 +29,7 @@ from purelight_mitsuba import platform
 from purelight_train.presets import DRAFT, PRESETS, Preset
 
 if TYPE_CHECKING:  # Mitsuba's variant must be set before it is imported
-    from purelight_train.learning.cap_samples import Radiance
+    from purelight_train.light.radiance_field import Radiance
     from purelight_train.runs.pipeline import Training
 
 SIZE, PATHS, SPP = 128, 32 << 20, 16

@@ -12,6 +12,7 @@ from purelight_format.color import lumens
 from purelight_format.issues import plain
 from purelight_format.members import manifest
 from purelight_format.members.fidelity import fidelity_words
+from purelight_format.srgb import encode
 
 ABILITIES = {
     "appearance": "be looked at, and light a room",
@@ -74,8 +75,7 @@ def _color(about: manifest.Manifest) -> str:
     if len(dark) == 3:
         return "; it gives no light"
     linear = np.array(about.flux) / max(about.flux)
-    srgb = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
-    code = "".join(f"{round(float(255 * x)):02X}" for x in srgb)
+    code = "".join(f"{round(float(255 * x)):02X}" for x in encode(linear))
     return f"; color #{code}{'; dark: ' + ' '.join(dark) if dark else ''}"
 
 

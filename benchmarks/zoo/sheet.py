@@ -11,7 +11,7 @@ from PIL import Image, ImageDraw
 
 from purelight_format import atomic
 from purelight_format.color import LUMINANCE
-from purelight_onnx.picture import png
+from purelight_format.srgb import png
 
 Picture = NDArray[np.float64]
 Pixels = NDArray[np.uint8]

@@ -97,7 +97,7 @@ class Worker:
 
     def _make(self) -> Figures:
         from benchmarks.zoo.lamps.look import portrait
-        from purelight_onnx.picture import png
+        from purelight_format.srgb import png
 
         shutil.rmtree(self.scene.parent, ignore_errors=True)
         self.lamp.write(self.scene.parent)

@@ -26,7 +26,7 @@ from purelight_conformance.candidates import (
     squares,
     u_edge,
 )  # fmt: skip
-from purelight_conformance.operations import OPERATIONS, Lamp, intersect
+from purelight_conformance.operations import OPERATIONS, Asset, intersect
 from purelight_conformance.suite import ALLOWED, NEVER, REQUIRED, VectorSet
 from purelight_format.bundle import Bundle
 from purelight_format.color import LUMINANCE
@@ -59,7 +59,7 @@ class Cases:
     """
 
     def __init__(self, bundles: Mapping[str, Bundle]) -> None:
-        self._lamps = {name: Lamp.of(bundle) for name, bundle in bundles.items()}
+        self._lamps = {name: Asset.of(bundle) for name, bundle in bundles.items()}
 
     def __iter__(self) -> Iterator[VectorSet]:
         yield from self._networks()
@@ -92,7 +92,7 @@ class Cases:
         units = {k: unit if k.startswith("radiance") else SMALL_OUTPUTS.get(k, 0.0)
                  for k in put.outputs}  # fmt: skip
 
-        def evaluation(lamp: Lamp | None) -> Evaluation:
+        def evaluation(lamp: Asset | None) -> Evaluation:
             def evaluate(inputs: Arrays, dtype: Any) -> Arrays:
                 outputs = put(lamp, parameters, inputs, dtype)
                 return {k: outputs[k] for k in compared or outputs}
@@ -335,7 +335,7 @@ class Cases:
         )  # fmt: skip
 
     @staticmethod
-    def _irradiance(lamp: Lamp, point: np.ndarray, normal: np.ndarray) -> tuple[np.ndarray, ...]:
+    def _irradiance(lamp: Asset, point: np.ndarray, normal: np.ndarray) -> tuple[np.ndarray, ...]:
         """Irradiance by quadrature over the map, and the deviation of Eq. 13's samples: [N, 3]."""
         side = (np.arange(128) + 0.5) / 128
         u = np.stack(np.meshgrid(side, side), -1).reshape(-1, 2)  # Eight by eight in each cell.

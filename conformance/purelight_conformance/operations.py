@@ -14,9 +14,7 @@ import numpy as np
 
 from purelight_format import measures, members
 from purelight_format.bundle import Bundle
-from purelight_format.color import LUMINANCE
-from purelight_format.errors import PureLightError
-from purelight_format.measures import BoundingSphere
+from purelight_format.measures import BoundingSphere, Cap, Placement
 from purelight_format.members.manifest import Manifest
 from purelight_format.members.surface import Surface
 from purelight_format.networks import reference
@@ -24,12 +22,11 @@ from purelight_format.networks.golden import shaken
 from purelight_format.networks.vectors import SIGNATURES, Shapes
 
 Arrays = dict[str, np.ndarray]
-UNEVEN = 1e-4  # What a transform may differ from a rotation and a uniform scale.
 EDGE = 1e-3  # Rays this near to an edge of a triangle, in barycentric units, prove nothing.
 
 
 @dataclass(frozen=True)
-class Lamp:
+class Asset:
     """A bundle as the operations use it.
 
     Arguments:
@@ -41,65 +38,17 @@ class Lamp:
     models: Mapping[str, bytes]
 
     @staticmethod
-    def of(bundle: Bundle) -> Lamp:
+    def of(bundle: Bundle) -> Asset:
         names = [name for name in bundle.manifest.networks if name in SIGNATURES]
         models = {name: bundle.read(members.network(name)) for name in names}
-        return Lamp(bundle.manifest, bundle.surface(), models)
+        return Asset(bundle.manifest, bundle.surface(), models)
 
-    def shaken(self, rng: np.random.Generator) -> Lamp:
+    def shaken(self, rng: np.random.Generator) -> Asset:
         """The lamp with its weights rounded differently."""
         return replace(self, models={k: shaken(model, rng) for k, model in self.models.items()})
 
     def __call__(self, network: str, dtype: Any, **inputs: np.ndarray) -> Arrays:
         return reference.evaluate(self.models[network], inputs, dtype)
-
-
-@dataclass(frozen=True)
-class Instance:
-    """Where a lamp hangs: world = scale · rotation · local + translation.
-
-    Arguments:
-        rotation: [3, 3].
-        scale: above zero.
-        translation: [3] in metres.
-        dimmer: factor on the radiance.
-    """
-
-    rotation: np.ndarray
-    scale: float
-    translation: np.ndarray
-    dimmer: float
-
-    @staticmethod
-    def of(parameters: Mapping[str, Any], dtype: Any) -> Instance:
-        """Takes `to_world`, a row-major 4 x 4 matrix, apart.
-
-        Raises:
-            PureLightError: If it mirrors, shears, or scales unevenly.
-        """
-        matrix = np.array(parameters.get("to_world", np.eye(4)), np.float64).reshape(4, 4)
-        volume = np.linalg.det(matrix[:3, :3])
-        if not volume > 0:
-            raise PureLightError("to_world mirrors or flattens the lamp")
-        scale = float(np.cbrt(volume))
-        rotation = matrix[:3, :3] / scale
-        if np.abs(rotation @ rotation.T - np.eye(3)).max() > UNEVEN:
-            raise PureLightError("to_world shears the lamp or scales it unevenly")
-        dimmer = float(parameters.get("dimmer", 1.0))
-        return Instance(rotation.astype(dtype), scale, matrix[:3, 3].astype(dtype), dimmer)
-
-    def point(self, point: np.ndarray) -> np.ndarray:
-        """World to luminaire frame."""
-        scale = point.dtype.type(self.scale)
-        return ((point - self.translation) @ self.rotation) / scale
-
-    def direction(self, direction: np.ndarray) -> np.ndarray:
-        """World to luminaire frame."""
-        return direction @ self.rotation
-
-    def to_world(self, direction: np.ndarray) -> np.ndarray:
-        """Directions from the luminaire frame to the world."""
-        return direction @ self.rotation.T
 
 
 @dataclass(frozen=True)
@@ -112,7 +61,7 @@ class Query:
         inputs: [N, ...] by name, already in the type to calculate in.
     """
 
-    lamp: Lamp | None
+    lamp: Asset | None
     parameters: Mapping[str, Any]
     inputs: Arrays
     dtype: Any
@@ -121,7 +70,7 @@ class Query:
         return self.inputs[name]
 
     @property
-    def asset(self) -> Lamp:
+    def asset(self) -> Asset:
         assert self.lamp is not None  # Operations that need one are only put with one.
         return self.lamp
 
@@ -134,8 +83,18 @@ class Query:
         return BoundingSphere((x, y, z), given["radius"])
 
     @property
-    def instance(self) -> Instance:
-        return Instance.of(self.parameters, self.dtype)
+    def seen(self) -> Cap[np.ndarray]:
+        """The cap that `point` sees."""
+        return measures.cap(self["point"], self.sphere)
+
+    @property
+    def instance(self) -> Placement:
+        """Where `to_world`, a row-major 4 x 4 matrix, hangs the lamp."""
+        return Placement.of(self.parameters.get("to_world", np.eye(4)), "the lamp", self.dtype)
+
+    @property
+    def dimmer(self) -> float:
+        return float(self.parameters.get("dimmer", 1.0))
 
 
 # Geometry
@@ -147,7 +106,7 @@ def _frame(ask: Query) -> Arrays:
 
 
 def _cap(ask: Query) -> Arrays:
-    cap = measures.cap(ask["point"], ask.sphere)
+    cap = ask.seen
     return {
         "axis": cap.axis,
         "one_minus_cos": cap.one_minus_cos,
@@ -156,23 +115,18 @@ def _cap(ask: Query) -> Arrays:
 
 
 def _cap_to_direction(ask: Query) -> Arrays:
-    cap = measures.cap(ask["point"], ask.sphere)
+    cap = ask.seen
     pdf = np.where(cap.outside, 1 / cap.solid_angle, 0)
     return {"toward": measures.cap_to_direction(ask["u"], cap), "pdf_solid_angle": pdf}
 
 
 def _direction_to_cap(ask: Query) -> Arrays:
-    cap = measures.cap(ask["point"], ask.sphere)
-    square, inside = measures.direction_to_cap(ask["toward"], cap)
+    square, inside = measures.direction_to_cap(ask["toward"], ask.seen)
     return {"u": square, "inside": inside.astype(ask.dtype)}
 
 
 def _area_to_solid_angle(ask: Query) -> Arrays:
-    """Eq. 8."""
-    offset = ask["position"] - ask["point"]
-    square = (offset * offset).sum(1)
-    cosine = np.abs((offset * ask["normal"]).sum(1)) / np.sqrt(square)
-    return {"pdf_solid_angle": ask["pdf_area"] * square / cosine}
+    return {"pdf_solid_angle": measures.area_to_solid_angle(**ask.inputs)}
 
 
 # Networks, alone and in the world
@@ -185,15 +139,15 @@ def _network(name: str) -> Callable[[Query], Arrays]:
 def _surface(ask: Query, position: np.ndarray, normal: np.ndarray, outgoing: np.ndarray) -> Arrays:
     """Inputs of appearance and transparency: the luminaire frame, the normal's side mended."""
     place = ask.instance
-    normal, outgoing = place.direction(normal), place.direction(outgoing)
+    normal, outgoing = place.direction_to_local(normal), place.direction_to_local(outgoing)
     facing = (normal * outgoing).sum(1, keepdims=True) >= 0
     normal = np.where(facing, normal, -normal)
-    return {"position": place.point(position), "normal": normal, "outgoing": outgoing}
+    return {"position": place.point_to_local(position), "normal": normal, "outgoing": outgoing}
 
 
 def _radiance(ask: Query, surface: Arrays) -> np.ndarray:
     radiance = ask.asset("appearance", ask.dtype, **surface)["radiance"]
-    return radiance * ask.dtype(ask.instance.dimmer)
+    return radiance * ask.dtype(ask.dimmer)
 
 
 def _instance_radiance(ask: Query) -> Arrays:
@@ -203,9 +157,10 @@ def _instance_radiance(ask: Query) -> Arrays:
 
 
 def _instance_sample(ask: Query) -> Arrays:
-    point = ask.instance.point(ask["point"])
+    place = ask.instance
+    point = place.point_to_local(ask["point"])
     result = ask.asset("sampler", ask.dtype, point=point, u=ask["u"])
-    toward = ask.instance.to_world(result["toward"])
+    toward = place.direction_to_world(result["toward"])
     return {"toward": toward, "pdf_solid_angle": result["pdf_solid_angle"]}
 
 
@@ -213,7 +168,7 @@ def _instance_sample(ask: Query) -> Arrays:
 
 
 @dataclass(frozen=True)
-class Hits:
+class FirstHits:
     """Where rays of the luminaire frame first meet the exit surface.
 
     Arguments:
@@ -228,7 +183,7 @@ class Hits:
     clear: np.ndarray
 
 
-def intersect(lamp: Lamp, origin: np.ndarray, direction: np.ndarray) -> Hits:
+def intersect(lamp: Asset, origin: np.ndarray, direction: np.ndarray) -> FirstHits:
     """Every ray against every triangle, of those that have an area."""
     dtype, radius = origin.dtype, lamp.manifest.bounding_sphere.radius
     corners = (lamp.surface.positions / radius).astype(dtype)[lamp.surface.triangles]
@@ -254,14 +209,14 @@ def intersect(lamp: Lamp, origin: np.ndarray, direction: np.ndarray) -> Hits:
     centre = np.array(lamp.manifest.bounding_sphere.center, dtype)
     position = np.where(valid[:, None], position, centre)  # A harmless place to ask networks of.
     near = (np.abs(margin) < EDGE) & (depth > 0)
-    return Hits(valid, position, (cross / area[:, None])[first], ~near.any(1))
+    return FirstHits(valid, position, (cross / area[:, None])[first], ~near.any(1))
 
 
 def _view(ask: Query) -> Arrays:
     """Radiance along rays: that of the lamp, and what is behind as far as the lamp lets it pass."""
     place = ask.instance
-    direction = place.direction(ask["direction"])
-    hits = intersect(ask.asset, place.point(ask["origin"]), direction)
+    direction = place.direction_to_local(ask["direction"])
+    hits = intersect(ask.asset, place.point_to_local(ask["origin"]), direction)
     surface = _facing(hits, -direction)
     background = np.array(ask.parameters["background"], ask.dtype)
     through = np.zeros((len(direction), 3), ask.dtype)
@@ -271,46 +226,36 @@ def _view(ask: Query) -> Arrays:
     return {"radiance": np.where(hits.valid[:, None], seen, background)}
 
 
-def _facing(hits: Hits, outgoing: np.ndarray) -> Arrays:
+def _facing(hits: FirstHits, outgoing: np.ndarray) -> Arrays:
     facing = (hits.normal * outgoing).sum(1, keepdims=True) >= 0
     normal = np.where(facing, hits.normal, -hits.normal)
     return {"position": hits.position, "normal": normal, "outgoing": outgoing}
 
 
 def _estimate(ask: Query) -> Arrays:
-    """Eq. 10 with f = 1: irradiance of a surface from one sample."""
-    drawn = _instance_sample(ask)
-    toward, pdf = drawn["toward"], drawn["pdf_solid_angle"]
-    place = ask.instance
-    direction = place.direction(toward)
-    hits = intersect(ask.asset, place.point(ask["point"]), direction)
-    cosine = np.maximum((toward * ask["normal"]).sum(1), 0)
-    lit = hits.valid & (pdf > 0)
-    weight = np.where(lit, cosine / np.where(lit, pdf, 1), 0)
-    return {"irradiance": _radiance(ask, _facing(hits, -direction)) * weight[:, None]}
+    """Irradiance of a surface from one sample (Eq. 10)."""
+    drawn, place = _instance_sample(ask), ask.instance
+    direction = place.direction_to_local(drawn["toward"])
+    hits = intersect(ask.asset, place.point_to_local(ask["point"]), direction)
+    radiance = np.where(hits.valid[:, None], _radiance(ask, _facing(hits, -direction)), 0)
+    return _irradiance(ask, radiance, **drawn)
 
 
 def _map_estimate(ask: Query) -> Arrays:
-    """Irradiance from one sample of the map (Eq. 13): a cell by its luminance, evenly inside it."""
-    local = ask.instance.point(ask["point"])
-    cap = measures.cap(local, ask.sphere)
-    cells = ask.asset("fast_map", ask.dtype, point=local)["radiance_map"].reshape(-1, 256, 3)
-    power = cells @ LUMINANCE.astype(ask.dtype)
-    before = np.cumsum(power, 1)
-    total = before[:, -1:]
-    target = ask["u"][:, :1] * total
-    chosen = np.minimum((before <= target).sum(1), 255)
-    rows = np.arange(len(chosen))
-    own = power[rows, chosen]
-    lit = cap.outside & (own > 0)
-    safe = np.where(own > 0, own, 1)
-    inner = np.clip(1 - (before[rows, chosen] - target[:, 0]) / safe, 0, 1)
-    square = np.stack(((chosen % 16 + inner) / 16, (chosen // 16 + ask["u"][:, 1]) / 16), 1)
-    share = np.where(lit, total[:, 0] / (safe * 256) * cap.solid_angle, 0)
-    weight = cells[rows, chosen] * share[:, None] * ask.dtype(ask.instance.dimmer)
-    toward = ask.instance.to_world(measures.cap_to_direction(square, cap))
-    cosine = np.maximum((toward * ask["normal"]).sum(1, keepdims=True), 0)
-    return {"irradiance": weight * cosine}
+    """Irradiance of a surface from one sample of the map (Eq. 13)."""
+    place = ask.instance
+    local = place.point_to_local(ask["point"])
+    radiance_map = ask.asset("fast_map", ask.dtype, point=local)["radiance_map"]
+    view = measures.cap(local, ask.sphere)
+    radiance, toward, pdf = measures.draw_from_map(radiance_map, ask["u"], view)
+    return _irradiance(ask, radiance * ask.dtype(ask.dimmer), place.direction_to_world(toward), pdf)
+
+
+def _irradiance(
+    ask: Query, radiance: np.ndarray, toward: np.ndarray, pdf_solid_angle: np.ndarray
+) -> Arrays:
+    cosine = (toward * ask["normal"]).sum(1)
+    return {"irradiance": measures.light_estimate(radiance, cosine, pdf_solid_angle)}
 
 
 # The table
@@ -334,7 +279,7 @@ class Operation:
     parameters: tuple[str, ...] = ()
 
     def __call__(
-        self, lamp: Lamp | None, parameters: Mapping[str, Any], inputs: Arrays, dtype: Any
+        self, lamp: Asset | None, parameters: Mapping[str, Any], inputs: Arrays, dtype: Any
     ) -> Arrays:
         """Evaluates rows [N, ...]."""
         typed = {name: np.asarray(array, dtype) for name, array in inputs.items()}

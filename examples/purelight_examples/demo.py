@@ -17,9 +17,9 @@ from purelight_examples.scenes.lamp_view import view_scene
 from purelight_examples.stages import Figures, Record, Stage, run_stages
 from purelight_export import cli as export_cli
 from purelight_format.bundle import Bundle
+from purelight_format.camera import Camera
 from purelight_format.errors import PureLightError
 from purelight_mitsuba import platform
-from purelight_onnx.camera import Camera
 from purelight_onnx.luminaire import Luminaire
 from purelight_onnx.picture import write_exr
 from purelight_onnx.viewer import render as view

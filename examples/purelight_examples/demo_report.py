@@ -11,7 +11,7 @@ from purelight_examples.rendering import Image, errors
 from purelight_examples.stages import Record, duration
 from purelight_format import atomic
 from purelight_format.members.manifest import Manifest
-from purelight_onnx.picture import png
+from purelight_format.srgb import png
 from purelight_train.report.grading import Grade, exposure, heat, white_balance
 from purelight_train.report.page import Row, Shot, Table, Wipe, write_page
 

@@ -16,16 +16,16 @@ from tqdm import tqdm
 from purelight_export.parts import CHOICES, Part, make_parts, require_agreement
 from purelight_export.photometry import Intensity, ies_file, intensity, unit_ies_file
 from purelight_format import atomic, bundle, color
+from purelight_format.camera import Camera
 from purelight_format.errors import PureLightError
 from purelight_format.members import PHOTOMETRY, PREVIEW
 from purelight_format.members.manifest import Manifest, NetworkInfo
 from purelight_format.members.surface import Surface
 from purelight_format.networks.golden import golden_vectors
 from purelight_format.networks.profile import inspect
+from purelight_format.srgb import png
 from purelight_format.usd import asset_layer
-from purelight_onnx.camera import Camera
 from purelight_onnx.luminaire import Luminaire
-from purelight_onnx.picture import png
 from purelight_onnx.viewer import render
 from purelight_train.runs.run_directory import RunDirectory
 
@@ -72,7 +72,7 @@ def export(
     run = RunDirectory.open(run_path)
     if lumens is not None:
         run = replace(run, power=_power(run, lumens))
-    lamp = Lamp(run, name or Path(run.config["luminaire"]).stem, lumens)
+    lamp = Facts(run, name or Path(run.config["luminaire"]).stem, lumens)
     wanted = [choice for choice in CHOICES if choice == "appearance" or choice in networks]
     surface = lamp.surface
     parts = make_parts(
@@ -97,7 +97,7 @@ def _power(run: RunDirectory, wanted: float) -> float:
 
 
 @dataclass(frozen=True)
-class Lamp:
+class Facts:
     """What the bundle says of the lamp besides its networks.
 
     Arguments:
@@ -202,7 +202,7 @@ def _preview(manifest: Manifest, members: Members) -> bytes:
         return png(render(luminaire, camera, samples=4))
 
 
-def _beside(lamp: Lamp, written: bundle.Bundle) -> list[Path]:
+def _beside(lamp: Facts, written: bundle.Bundle) -> list[Path]:
     """Writes the photometric file, the shape for USD lights, and the USD asset."""
     files = [written.path.with_suffix(suffix) for suffix in (".ies", ".shape.ies", ".usda")]
     photometry, shape, asset = files

@@ -50,6 +50,12 @@ class Value:
     def __neg__(self) -> Value:
         return self.graph.unary("Neg", self)
 
+    def __abs__(self) -> Value:
+        return self.graph.unary("Abs", self)
+
+    def __invert__(self) -> Value:
+        return self.graph.unary("Not", self)
+
     def __lt__(self, other: Any) -> Value:
         return self.graph.binary("Less", self, other, np.bool_)
 
@@ -69,7 +75,8 @@ class Value:
 class Graph:
     """Collects the nodes of one network; equal nodes and equal constants are written once.
 
-    Every computed tensor has the rows as its first axis, which stays implicit here.
+    Every computed tensor has the rows as its first axis, which stays implicit here. It is the
+    `purelight_format.namespace.Namespace` of its values.
     """
 
     def __init__(self, name: str) -> None:
@@ -115,6 +122,14 @@ class Graph:
             self._constants[key] = (value, data.copy())
         return self._constants[key][0]
 
+    def vector(self, values: Sequence[float], like: Value) -> Value:
+        """Returns a constant vector [D] of the type of a value."""
+        return self.constant(values, like.dtype)
+
+    def least(self, like: Value) -> float:
+        """Returns the shortest length that vectors are divided by."""
+        return 1e-20
+
     def _axes(self, axes: Sequence[int]) -> Value:
         return self._initializer(np.asarray(axes, np.int64))
 
@@ -158,9 +173,6 @@ class Graph:
         a, b = (v if isinstance(v, Value) else self.constant(v, kind) for v in (a, b))
         shape = np.broadcast_shapes(condition.shape, a.shape, b.shape)
         return self.node("Where", [condition, a, b], [shape], kind)[0]
-
-    def abs(self, x: Value) -> Value:
-        return self.unary("Abs", x)
 
     def asin(self, x: Value) -> Value:
         return self.unary("Asin", x)
@@ -256,6 +268,10 @@ class Graph:
     def columns(self, x: Value) -> list[Value]:
         """Cuts a row into its columns, each [N, 1]."""
         return self.split(x, [1] * x.shape[0])
+
+    def column(self, x: Value) -> Value:
+        """Returns a column [N, 1] as it is, which multiplies rows."""
+        return x
 
     def slice(self, x: Value, start: int, stop: int) -> Value:
         """Returns columns start .. stop - 1."""

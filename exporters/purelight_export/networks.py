@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from purelight_export.encodings import Features, harmonics, join, mlp, one_blob
 from purelight_export.flow import flow_density, flow_sample
-from purelight_export.geometry import Cap, cap, cap_to_direction, direction_to_cap, refracted
 from purelight_export.graph import Graph, Value
 from purelight_export.grid import grid
+from purelight_format.measures import Cap, cap, cap_to_direction, direction_to_cap, encode_point
 from purelight_train.networks.encodings import GridEncoding
 from purelight_train.networks.fast_map import SIZE, FastMap
 from purelight_train.networks.point_encoding import ANGLE_BINS, PointEncoding
 from purelight_train.networks.sampler import Sampler
 from purelight_train.networks.student import Student
-from purelight_train.networks.surface_network import SurfaceNetwork
+from purelight_train.networks.surface_network import SurfaceNetwork, refracted
 from purelight_train.networks.transparency import Transparency
 
 
@@ -50,7 +48,7 @@ def sampler(network: Sampler, *, compact: bool = False) -> bytes:
     first = graph.where(uniform, first * (1 / b), (first - b) * (1 / (1 - b)))
     start = [graph.clip(x, 0.0, 1.0) for x in (first, second)]
     z = flow_sample(graph, start, context, network.flow, uniform)
-    toward = cap_to_direction(graph, graph.concat(z), view)
+    toward = cap_to_direction(graph.concat(z), view)
     graph.output("toward", graph.where(view.outside, toward, view.axis))
     density = flow_density(graph, z, context, network.flow)
     pdf = graph.where(view.outside, _pdf(network, density, view), 0.0)
@@ -63,7 +61,7 @@ def sampler_pdf(network: Sampler, *, compact: bool = False) -> bytes:
     graph = Graph("sampler_pdf")
     point, toward = graph.input("point", 3), graph.input("toward", 3)
     view, context = _point(graph, point, network.encoding, compact=compact)
-    z, inside = direction_to_cap(graph, toward, view)
+    z, inside = direction_to_cap(toward, view)
     density = flow_density(graph, graph.columns(z), context, network.flow)
     pdf = graph.where(view.outside & inside, _pdf(network, density, view), 0.0)
     graph.output("pdf_solid_angle", graph.flatten(pdf))
@@ -116,7 +114,7 @@ def _surface(graph: Graph, network: SurfaceNetwork, *, compact: bool) -> Value:
         assert isinstance(table, GridEncoding)
         ray = outgoing
         if kind == "refracted":
-            ray = refracted(graph, normal, outgoing, network.index)
+            ray = refracted(normal, outgoing, network.index)
         anchor = offset - graph.sum(offset * ray) * ray
         parts.append(grid(graph, anchor + 0.5, table, compact=compact))
     parts += [harmonics(graph, direction, degree) for direction in (outgoing, normal)]
@@ -125,18 +123,15 @@ def _surface(graph: Graph, network: SurfaceNetwork, *, compact: bool) -> Value:
 
 def _point(
     graph: Graph, point: Value, encoding: PointEncoding, *, compact: bool
-) -> tuple[Cap, Features]:
+) -> tuple[Cap[Value], Features]:
     """The cap seen from a point, and the point's encoding (`PointEncoding`)."""
-    view = cap(graph, point, tuple(encoding.centre.tolist()), encoding.radius)
-    ratio = graph.clip(view.distance, 1.0, encoding.r_max)
-    half = 0.25 + graph.log(ratio) * (0.25 / math.log(encoding.r_max))
-    unit = 0.5 - view.radial * half
-    angle = graph.asin(1.0 / ratio) * (2 / math.pi)
-    parts = [grid(graph, unit, encoding.grid, compact=compact), one_blob(graph, angle, ANGLE_BINS)]
+    view = cap(point, encoding.sphere)
+    place, angle = encode_point(point, encoding.sphere, encoding.r_max)
+    parts = [grid(graph, place, encoding.grid, compact=compact), one_blob(graph, angle, ANGLE_BINS)]
     return view, join(graph, parts)
 
 
-def _pdf(network: Sampler, density: Value, view: Cap) -> Value:
+def _pdf(network: Sampler, density: Value, view: Cap[Value]) -> Value:
     """Density per solid angle of the defensive mixture: [N, 1]."""
     b = network.uniform_fraction
-    return (density * (1 - b) + b) / (view.one_minus_cos * (2 * math.pi))
+    return (density * (1 - b) + b) / view.solid_angle

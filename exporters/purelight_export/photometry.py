@@ -1,7 +1,7 @@
-"""The far field of a lamp: intensity tables from escaped light, and IES LM-63-2019 text.
+"""The far field of a lamp from its escaped light, and what its IES files say.
 
-Angles follow LM-63 type C in the luminaire frame: vertical 0 is nadir (-Z), 180 is +Z; horizontal
-0 is +X, 90 is +Y. Lumens are 683 lm/W times the Rec.709 luminance of the RGB watts.
+Angles are those of `purelight_format.photometry.table`. Lumens are 683 lm/W times the Rec.709
+luminance of the RGB watts.
 """
 
 from __future__ import annotations
@@ -12,14 +12,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from purelight_format.color import LUMENS_PER_WATT, LUMINANCE
-
-LINE_WIDTH = 100
-SIMULATION = "1.00010"
+from purelight_format.photometry.table import IntensityTable, node_solid_angle
+from purelight_format.photometry.writer import ies_text
 
 
 @dataclass(frozen=True)
 class Intensity:
-    """Radiant intensity, linear between its nodes.
+    """Radiant intensity per channel, linear between its nodes.
 
     Arguments:
         vertical: [V] degrees, 0 .. 180.
@@ -38,23 +37,10 @@ class Intensity:
         return np.einsum("v,hvc->c", node_solid_angle(self.vertical), table) / len(table)
 
     @property
-    def candela(self) -> np.ndarray:
-        """Luminous intensity in lm/sr: [H, V]."""
-        return LUMENS_PER_WATT * self.values @ LUMINANCE
-
-
-def node_solid_angle(vertical: np.ndarray) -> np.ndarray:
-    r"""Solid angle :math:`2\pi \int \Lambda_i \sin\theta\,d\theta` of each node's hat: [V] in sr.
-
-    The hats are piecewise linear and sum to one, so the solid angles sum to 4 pi.
-    """
-    angle = np.radians(vertical)
-    low, high, step = angle[:-1], angle[1:], np.diff(angle)
-    mean = (np.sin(high) - np.sin(low)) / step
-    area = np.zeros(len(angle))
-    area[:-1] += np.cos(low) - mean
-    area[1:] += mean - np.cos(high)
-    return 2 * np.pi * area
+    def luminous(self) -> IntensityTable:
+        """The same in candela."""
+        candela = LUMENS_PER_WATT * self.values @ LUMINANCE
+        return IntensityTable(self.vertical, self.horizontal, candela)
 
 
 def intensity(
@@ -128,7 +114,7 @@ def ies_file(
         "OTHER": f"Lumens = {LUMENS_PER_WATT:g} lm/W x (0.2126 R + 0.7152 G + 0.0722 B) watts",
         "MORE": "Vertical 0 is -Z, horizontal 0 is +X, 90 is +Y of the luminaire frame",
     }
-    return _text(keywords, table, table.candela, radius, float(table.flux.sum()))
+    return ies_text(table.luminous, keywords, radius=radius, watts=float(table.flux.sum()))
 
 
 def unit_ies_file(table: Intensity, *, name: str, issued: str) -> bytes:
@@ -137,10 +123,9 @@ def unit_ies_file(table: Intensity, *, name: str, issued: str) -> bytes:
     A renderer that normalises and one that does not then agree; planes are averaged because
     renderers differ in where horizontal zero is. A black lamp gets the uniform shape.
     """
-    profile = table.candela[: max(len(table.values) - 1, 1)].mean(0)
+    profile = table.luminous.candela[: max(len(table.values) - 1, 1)].mean(0)
     mean = profile @ node_solid_angle(table.vertical) / (4 * np.pi)
     profile = profile / mean if mean > 0 else np.ones_like(profile)
-    shape = Intensity(table.vertical, np.zeros(1), np.repeat(profile[None, :, None], 3, 2))
     keywords = {
         "TEST": "Shape of the light-traced far field",
         "TESTLAB": "PureLight",
@@ -149,38 +134,5 @@ def unit_ies_file(table: Intensity, *, name: str, issued: str) -> bytes:
         "LUMCAT": name,
         "OTHER": "Not candela: scaled to mean 1 over all directions, for use with a given power",
     }
-    return _text(keywords, shape, profile[None], 0.0, 0.0)
-
-
-def _text(
-    keywords: dict[str, str], table: Intensity, values: np.ndarray, radius: float, watts: float
-) -> bytes:
-    size = _number(-2 * radius)  # A sphere is written as three negative diameters.
-    lines = ["IES:LM-63-2019", *(f"[{key}] {_ascii(text)}" for key, text in keywords.items())]
-    lines += [
-        "TILT=NONE",
-        f"1 -1 1 {len(table.vertical)} {len(table.horizontal)} 1 2 {size} {size} {size}",
-        f"1 {SIMULATION} {_number(watts)}",
-    ]
-    for row in (table.vertical, table.horizontal, *values):
-        lines += _wrapped(row)
-    return ("\r\n".join(lines) + "\r\n").encode("ascii")
-
-
-def _ascii(text: str) -> str:
-    return text.encode("ascii", "replace").decode().replace("\n", " ")[:200]
-
-
-def _number(value: float) -> str:
-    return f"{value:.6g}" if value else "0"
-
-
-def _wrapped(values: np.ndarray) -> list[str]:
-    """Numbers in lines of at most `LINE_WIDTH` characters."""
-    lines: list[str] = []
-    line = ""
-    for word in map(_number, values):
-        if line and len(line) + len(word) + 1 > LINE_WIDTH:
-            lines, line = [*lines, line], ""
-        line = f"{line} {word}" if line else word
-    return [*lines, line]
+    shape = IntensityTable(table.vertical, np.zeros(1), profile[None])
+    return ies_text(shape, keywords, radius=0.0, watts=0.0)

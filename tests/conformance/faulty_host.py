@@ -11,10 +11,11 @@ from typing import Any
 import numpy as np
 
 from purelight_conformance import operations, protocol
-from purelight_conformance.operations import OPERATIONS, Instance, Lamp, Query
+from purelight_conformance.operations import OPERATIONS, Asset, Query
 from purelight_format import measures
 from purelight_format.bundle import Bundle
 from purelight_format.errors import PureLightError
+from purelight_format.measures import Placement
 from purelight_format.networks import reference
 from purelight_format.validation.report import Report
 from purelight_format.validation.validate import validate
@@ -29,13 +30,13 @@ class BookHost:
     operations: tuple[str, ...] = (*OPERATIONS, protocol.READER)
 
     def __init__(self) -> None:
-        self._lamp: Lamp | None = None
+        self._lamp: Asset | None = None
 
     def open(self, path: str) -> None:
         self._lamp = None
         if self.refuses(report := validate(path)):
             raise PureLightError(report.issues[0].message if report.issues else "not today")
-        self._lamp = Lamp.of(Bundle.open(path))
+        self._lamp = Asset.of(Bundle.open(path))
 
     @staticmethod
     def refuses(report: Report) -> bool:
@@ -56,22 +57,22 @@ def spoil(operation: str, change: Callable[[Query, Arrays], Arrays]) -> None:
 
 def axis_order() -> None:
     """Y up: the networks get y and z exchanged."""
-    right = Lamp.__call__
+    right = Asset.__call__
 
-    def ask(lamp: Lamp, network: str, dtype: Any, **inputs: np.ndarray) -> Arrays:
+    def ask(lamp: Asset, network: str, dtype: Any, **inputs: np.ndarray) -> Arrays:
         turned = {k: v[:, [0, 2, 1]] if v.shape[1] == 3 else v for k, v in inputs.items()}
         return right(lamp, network, dtype, **turned)
 
-    Lamp.__call__ = ask  # type: ignore[method-assign]
+    Asset.__call__ = ask  # type: ignore[method-assign]
 
 
 def cosine_measure() -> None:
     """Densities per projected solid angle where they should be per solid angle."""
 
     def estimate(ask: Query, answer: Arrays) -> Arrays:
-        local = ask.instance.point(ask["point"])
+        local = ask.instance.point_to_local(ask["point"])
         toward = ask.asset("sampler", ask.dtype, point=local, u=ask["u"])["toward"]
-        cosine = (ask.instance.to_world(toward) * ask["normal"]).sum(1)
+        cosine = (ask.instance.direction_to_world(toward) * ask["normal"]).sum(1)
         return {"irradiance": answer["irradiance"] / np.where(cosine > 0, cosine, 1)[:, None]}
 
     def area(ask: Query, answer: Arrays) -> Arrays:
@@ -97,13 +98,13 @@ def cancellation() -> None:
 
 def transposed_map() -> None:
     """Rows of the radiance map for columns."""
-    right = Lamp.__call__
+    right = Asset.__call__
 
-    def ask(lamp: Lamp, network: str, dtype: Any, **inputs: np.ndarray) -> Arrays:
+    def ask(lamp: Asset, network: str, dtype: Any, **inputs: np.ndarray) -> Arrays:
         answer = right(lamp, network, dtype, **inputs)
         return {k: v.swapaxes(1, 2) if k == "radiance_map" else v for k, v in answer.items()}
 
-    Lamp.__call__ = ask  # type: ignore[method-assign]
+    Asset.__call__ = ask  # type: ignore[method-assign]
 
 
 def tf32() -> None:
@@ -128,21 +129,21 @@ def swapped_channels() -> None:
 def unturned_normal() -> None:
     """A triangle's normal as the mesh has it."""
 
-    def hits(found: operations.Hits, outgoing: np.ndarray) -> Arrays:
+    def hits(found: operations.FirstHits, outgoing: np.ndarray) -> Arrays:
         return {"position": found.position, "normal": found.normal, "outgoing": outgoing}
 
     def surface(ask: Query, position: np.ndarray, normal: np.ndarray, out: np.ndarray) -> Arrays:
         place = ask.instance
-        turned = {"normal": place.direction(normal), "outgoing": place.direction(out)}
-        return {"position": place.point(position), **turned}
+        normal, out = map(place.direction_to_local, (normal, out))
+        return {"position": place.point_to_local(position), "normal": normal, "outgoing": out}
 
     operations._facing, operations._surface = hits, surface
 
 
 def transposed_rotation() -> None:
     """Directions turned the wrong way."""
-    Instance.direction, Instance.to_world = (  # type: ignore[method-assign]
-        Instance.to_world, Instance.direction,
+    Placement.direction_to_local, Placement.direction_to_world = (  # type: ignore[method-assign]
+        Placement.direction_to_world, Placement.direction_to_local,
     )  # fmt: skip
 
 
@@ -154,7 +155,7 @@ def scaled_radiance() -> None:
 
 def uniform_transform_only_in_name() -> None:
     """Any matrix is taken for a rotation and a scale."""
-    operations.UNEVEN = np.inf
+    measures.UNEVEN = np.inf
 
 
 def takes_everything() -> None:

@@ -17,7 +17,7 @@ from onnx.reference import ReferenceEvaluator
 
 from purelight_conformance import broken, cli, lamps, runner, sampling, suite
 from purelight_conformance.flags import FLAGS
-from purelight_conformance.operations import OPERATIONS, Lamp
+from purelight_conformance.operations import OPERATIONS, Asset
 from purelight_conformance.protocol import READER
 from purelight_conformance.suite import NEVER, REQUIRED, Suite, VectorSet
 from purelight_format.bundle import Bundle
@@ -120,7 +120,7 @@ def test_files_are_small_and_break_rules_of_every_kind(whole: Suite) -> None:
 def test_references_agree_with_the_reference_of_onnx(network: str, whole: Suite) -> None:
     """ONNX's own evaluator in float32 meets the vectors that ours gives in float64."""
     vectors = next(v for v in whole.sets if v.id == f"{network}/wild")
-    lamp = Lamp.of(Bundle.open(whole.bundles["wild"]))
+    lamp = Asset.of(Bundle.open(whole.bundles["wild"]))
     evaluator = ReferenceEvaluator(onnx.load_from_string(lamp.models[network]))
     with np.errstate(all="ignore"):
         answers = evaluator.run(None, {k: np.array(v) for k, v in vectors.inputs.items()})
@@ -130,7 +130,7 @@ def test_references_agree_with_the_reference_of_onnx(network: str, whole: Suite)
 
 def test_the_sampler_has_the_density_that_it_states(whole: Suite) -> None:
     """Its density is that of `sampler_pdf`, integrates to one, and is that of its directions."""
-    lamp = Lamp.of(Bundle.open(whole.bundles["wild"]))
+    lamp = Asset.of(Bundle.open(whole.bundles["wild"]))
     side = (np.arange(128) + 0.5) / 128
     u = np.stack(np.meshgrid(side, side), -1).reshape(-1, 2)
     sphere = lamp.manifest.bounding_sphere

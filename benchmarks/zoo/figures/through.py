@@ -33,7 +33,7 @@ def seen_through(lamp: dict[str, Any], lens: ThinLens, spp: int) -> Picture:
     media, passes = Media(scene, scattering=False), Passes()
     for seed in range(spp):
         rng = np.random.default_rng([6, seed])
-        value = _trace(scene, media, *lens.rays(rng), lens.axes[2], seed)
+        value = _trace(scene, media, *lens.rays(rng), lens.camera.axes[2], seed)
         passes.add(value.reshape(lens.size, lens.size, 3))
     return passes.picture()
 

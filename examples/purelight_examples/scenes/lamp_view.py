@@ -8,7 +8,7 @@ import xml.etree.ElementTree as ET
 import numpy as np
 
 from purelight_examples.scenes.lamp_choice import RealLamp
-from purelight_onnx.camera import Camera
+from purelight_format.camera import Camera
 
 
 def view_scene(lamp: RealLamp, camera: Camera) -> ET.Element:
@@ -26,9 +26,10 @@ def view_scene(lamp: RealLamp, camera: Camera) -> ET.Element:
 
 def _sensor(camera: Camera) -> ET.Element:
     sensor = ET.Element("sensor", type="perspective")
-    distance = float(np.linalg.norm(camera.target - camera.origin))
     fov = math.degrees(2 * math.atan(camera.half_width))
-    limits = {"fov": fov, "near_clip": 1e-3 * distance, "far_clip": 1e3 * distance}
+    limits = {
+        "fov": fov, "near_clip": 1e-3 * camera.distance, "far_clip": 1e3 * camera.distance,
+    }  # fmt: skip
     for name, value in limits.items():
         ET.SubElement(sensor, "float", name=name, value=repr(value))
     transform = ET.SubElement(sensor, "transform", name="to_world")

@@ -71,9 +71,10 @@ def _render(arguments: argparse.Namespace) -> int:
     mi = platform.use(arguments.variant)
     mi.set_log_level(mi.LogLevel.Error)
 
+    from purelight_format.srgb import png
     from purelight_mitsuba.output import first_hit, passes
     from purelight_mitsuba.transport.media import MediaWarning
-    from purelight_onnx.picture import png, write_exr
+    from purelight_onnx.picture import write_exr
 
     scene = _load(arguments)
     if arguments.width is not None:

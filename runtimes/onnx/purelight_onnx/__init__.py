@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from purelight_onnx.camera import Camera
+from purelight_format.camera import Camera
+from purelight_format.srgb import png
 from purelight_onnx.exit_surface import ExitSurface, Hits
 from purelight_onnx.lighting import irradiance
 from purelight_onnx.luminaire import Luminaire
-from purelight_onnx.picture import png
 from purelight_onnx.session import Session
 from purelight_onnx.viewer import render, shade
 

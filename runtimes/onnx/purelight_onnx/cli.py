@@ -12,10 +12,11 @@ from pathlib import Path
 from tqdm import tqdm
 
 from purelight_format import atomic, command
+from purelight_format.camera import Camera
 from purelight_format.errors import PureLightError, SpoiltWarning
-from purelight_onnx.camera import Camera
+from purelight_format.srgb import png
 from purelight_onnx.luminaire import Luminaire
-from purelight_onnx.picture import png, write_exr
+from purelight_onnx.picture import write_exr
 from purelight_onnx.viewer import render
 
 COMMAND = "purelight-view"

@@ -12,7 +12,7 @@ import numpy as np
 from purelight_conformance import protocol
 from purelight_format import measures
 from purelight_format.errors import PureLightError
-from purelight_format.measures import BoundingSphere
+from purelight_format.measures import BoundingSphere, Placement
 from purelight_format.networks.vectors import SIGNATURES
 from purelight_onnx import lighting
 from purelight_onnx.luminaire import Luminaire
@@ -20,37 +20,6 @@ from purelight_onnx.viewer import shade
 
 Arrays = dict[str, np.ndarray]
 Parameters = Mapping[str, Any]
-TOLERANCE = 1e-4
-
-
-class Placement:
-    """World to luminaire frame and back: world = scale · rotation · local + translation.
-
-    Arguments:
-        parameters: of the call: `to_world`, 16 numbers row by row, and `dimmer`.
-
-    Raises:
-        PureLightError: If the transform is more than a rotation, a uniform scale and a shift.
-    """
-
-    def __init__(self, parameters: Parameters) -> None:
-        matrix = np.reshape(parameters.get("to_world", np.eye(4)), (4, 4)).astype(np.float64)
-        self.dimmer = float(parameters.get("dimmer", 1.0))
-        self.scale = float(np.cbrt(np.linalg.det(matrix[:3, :3])))
-        if self.scale <= 0:
-            raise PureLightError("to_world mirrors or flattens the lamp")
-        self.rotation, self.shift = matrix[:3, :3] / self.scale, matrix[:3, 3]
-        if not np.allclose(self.rotation @ self.rotation.T, np.eye(3), atol=TOLERANCE):
-            raise PureLightError("to_world shears the lamp or scales its axes differently")
-
-    def point(self, world: np.ndarray) -> np.ndarray:
-        return (world - self.shift) @ self.rotation / self.scale
-
-    def direction(self, world: np.ndarray) -> np.ndarray:
-        return world @ self.rotation
-
-    def outward(self, local: np.ndarray) -> np.ndarray:
-        return local @ self.rotation.T
 
 
 class OnnxHost:
@@ -129,57 +98,60 @@ class OnnxHost:
         square, inside = measures.direction_to_cap(toward, measures.cap(point, _sphere(given)))
         return {"u": square, "inside": inside.astype(np.float32)}
 
-    def _area_to_solid_angle(
-        self,
-        _: Parameters,
-        point: np.ndarray,
-        position: np.ndarray,
-        normal: np.ndarray,
-        pdf_area: np.ndarray,
-    ) -> Arrays:
-        offset = position - point
-        distance = np.linalg.norm(offset, axis=1)
-        cosine = np.abs((offset * normal).sum(1)) / distance
-        return {"pdf_solid_angle": pdf_area * distance**2 / cosine}
+    def _area_to_solid_angle(self, _: Parameters, **met: np.ndarray) -> Arrays:
+        return {"pdf_solid_angle": measures.area_to_solid_angle(**met)}
 
     # The lamp in the world
 
     def _instance_radiance(
         self, given: Parameters, position: np.ndarray, normal: np.ndarray, outgoing: np.ndarray
     ) -> Arrays:
-        place = Placement(given)
+        place = _placement(given)
         side = np.where((normal * outgoing).sum(1) < 0, -1, 1)[:, None]
-        radiance = self.lamp.radiance(
-            place.point(position), place.direction(normal * side), place.direction(outgoing)
-        )
-        return {"radiance": place.dimmer * radiance}
+        normal, outgoing = map(place.direction_to_local, (normal * side, outgoing))
+        radiance = self.lamp.radiance(place.point_to_local(position), normal, outgoing)
+        return {"radiance": _dimmer(given) * radiance}
 
     def _instance_sample(self, given: Parameters, point: np.ndarray, u: np.ndarray) -> Arrays:
-        place = Placement(given)
-        toward, pdf = self.lamp.sample(place.point(point), u)
-        return {"toward": place.outward(toward), "pdf_solid_angle": pdf}
+        place = _placement(given)
+        toward, pdf = self.lamp.sample(place.point_to_local(point), u)
+        return {"toward": place.direction_to_world(toward), "pdf_solid_angle": pdf}
 
     def _view(self, given: Parameters, origin: np.ndarray, direction: np.ndarray) -> Arrays:
         """The viewer with the lamp at full level, before a background that makes up for it."""
-        place = Placement(given)
-        start, toward = place.point(origin), place.direction(direction)
+        place = _placement(given)
+        start, toward = place.point_to_local(origin), place.direction_to_local(direction)
         behind = np.array(given["background"])
         alone = shade(self.lamp, start, toward, np.zeros(3))
-        return {"radiance": shade(self.lamp, start, toward, behind) + (place.dimmer - 1) * alone}
+        return {"radiance": shade(self.lamp, start, toward, behind) + (_dimmer(given) - 1) * alone}
 
     def _estimate(
         self, given: Parameters, point: np.ndarray, normal: np.ndarray, u: np.ndarray
     ) -> Arrays:
-        place = Placement(given)
-        local = place.point(point), place.direction(normal), u
-        return {"irradiance": place.dimmer * lighting.by_sampler(self.lamp, *local)}
+        local = _brought(given, point, normal)
+        return {"irradiance": _dimmer(given) * lighting.by_sampler(self.lamp, *local, u)}
 
     def _map_estimate(
         self, given: Parameters, point: np.ndarray, normal: np.ndarray, u: np.ndarray
     ) -> Arrays:
-        place = Placement(given)
-        local = place.point(point), place.direction(normal), u
-        return {"irradiance": place.dimmer * lighting.by_map(self.lamp, *local)}
+        local = _brought(given, point, normal)
+        return {"irradiance": _dimmer(given) * lighting.by_map(self.lamp, *local, u)}
+
+
+def _placement(given: Parameters) -> Placement:
+    return Placement.of(given.get("to_world", np.eye(4)), "the lamp")
+
+
+def _dimmer(given: Parameters) -> float:
+    return float(given.get("dimmer", 1.0))
+
+
+def _brought(
+    given: Parameters, point: np.ndarray, normal: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Points and normals of the world in the luminaire frame."""
+    place = _placement(given)
+    return place.point_to_local(point), place.direction_to_local(normal)
 
 
 def _sphere(given: Parameters) -> BoundingSphere:

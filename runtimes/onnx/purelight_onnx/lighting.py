@@ -14,10 +14,15 @@ from numpy.typing import ArrayLike
 
 from purelight_format.color import LUMINANCE
 from purelight_format.errors import PureLightError
-from purelight_format.measures import OUTSIDE, cap, cap_to_direction
+from purelight_format.measures import (
+    OUTSIDE,
+    area_to_solid_angle,
+    cap,
+    draw_from_map,
+    light_estimate,
+)
 from purelight_onnx.luminaire import Luminaire
 
-SIDE = 16  # Cells of a radiance map, along either side.
 BY_AREA = 0.2  # Part of the points drawn by area, so that no triangle with radiance is missed.
 CHUNK = 1 << 12
 
@@ -97,12 +102,9 @@ def by_sampler(
     """
     toward, pdf = luminaire.sample(point, u)
     hits = luminaire.exit_surface.intersect(point, toward.astype(np.float64))
-    radiance = luminaire.radiance(hits.position, hits.normal, -toward[hits.ray])
-    cosine = np.maximum((toward * normal).sum(1), 0)
-    weight = np.divide(cosine, pdf, out=np.zeros_like(cosine), where=pdf > 0)
-    estimate = np.zeros((len(point), 3))
-    estimate[hits.ray] = radiance * weight[hits.ray, None]
-    return estimate
+    radiance = np.zeros((len(point), 3))
+    radiance[hits.ray] = luminaire.radiance(hits.position, hits.normal, -toward[hits.ray])
+    return light_estimate(radiance, (toward * normal).sum(1), pdf)
 
 
 def by_map(
@@ -112,22 +114,10 @@ def by_map(
 
     Arguments and result are those of `by_sampler`.
     """
-    rows, cells = np.arange(len(point)), luminaire.radiance_map(point).reshape(-1, SIDE**2, 3)
-    power = cells.astype(np.float64) @ LUMINANCE
-    reached = np.cumsum(power, 1)
-    total, target = reached[:, -1], u[:, 0] * reached[:, -1]
-    chosen = np.minimum((reached <= target[:, None]).sum(1), SIDE**2 - 1)
-    own = power[rows, chosen]
-    lit = own > 0
-    rest = np.divide(target - reached[rows, chosen] + own, own, out=np.zeros_like(own), where=lit)
-    corner = np.stack((chosen % SIDE, chosen // SIDE), 1)
-    view = cap(np.asarray(point), luminaire.manifest.bounding_sphere)
-    toward = cap_to_direction((corner + np.stack((rest, u[:, 1]), 1)) / SIDE, view)
-    share = np.divide(
-        total * view.solid_angle, own * SIDE**2, out=np.zeros_like(own), where=lit & view.outside
-    )
-    cosine = np.maximum((toward * normal).sum(1), 0)
-    return cells[rows, chosen] * (share * cosine)[:, None]
+    view = cap(np.asarray(point, np.float64), luminaire.manifest.bounding_sphere)
+    cells = luminaire.radiance_map(point).astype(np.float64)
+    radiance, toward, pdf = draw_from_map(cells, u, view)
+    return light_estimate(radiance, (toward * normal).sum(1), pdf)
 
 
 def by_surface(
@@ -150,11 +140,10 @@ def by_surface(
     seen = hits.triangle == triangle[hits.ray]
     ray, position, facing = hits.ray[seen], hits.position[seen], hits.normal[seen]
     pdf_area = chance[triangle[ray]] / surface.area[triangle[ray]]
-    pdf = pdf_area * distance[ray] ** 2 / -(facing * toward[ray]).sum(1)
+    pdf = area_to_solid_angle(pdf_area, point[ray], position, facing)
     radiance = luminaire.radiance(position, facing, -toward[ray])
-    cosine = np.maximum((toward[ray] * normal[ray]).sum(1), 0)
     estimate = np.zeros((len(point), 3))
-    estimate[ray] = radiance * (cosine / pdf)[:, None]
+    estimate[ray] = light_estimate(radiance, (toward[ray] * normal[ray]).sum(1), pdf)
     return estimate
 
 

@@ -7,8 +7,8 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from purelight_format.camera import Camera
 from purelight_format.errors import SpoiltWarning
-from purelight_onnx.camera import Camera
 from purelight_onnx.luminaire import Luminaire
 
 RAYS = 1 << 16

@@ -18,8 +18,8 @@ from benchmarks.zoo.figures import near, scenes  # noqa: E402
 from benchmarks.zoo.figures.enlarged import LIGHT_TRACING, PATH_TRACING  # noqa: E402
 from benchmarks.zoo.figures.through import seen_through  # noqa: E402
 from benchmarks.zoo.figures.views import side_by_side  # noqa: E402
-from purelight_train.learning.cap_samples import look  # noqa: E402
 from purelight_train.light.exit_surface import inward_rays  # noqa: E402
+from purelight_train.light.radiance_field import look  # noqa: E402
 from purelight_train.truth.metrics import Comparison  # noqa: E402
 from purelight_train.truth.picture import Passes, Picture  # noqa: E402
 from purelight_train.truth.plane import Plane  # noqa: E402

@@ -44,7 +44,7 @@ def write(run_directory: Path) -> Callable[[Path], None]:
         return original(path, manifest, members)
 
     original = bundle.write
-    lamp = module.Lamp(module.RunDirectory.open(run_directory), "New Lamp")
+    lamp = module.Facts(module.RunDirectory.open(run_directory), "New Lamp")
     with pytest.MonkeyPatch.context() as patch, module.tempfile.TemporaryDirectory() as folder:
         patch.setattr(bundle, "write", remember)
         export(run_directory, Path(folder) / "lamp.plux", name="New Lamp", networks=[])

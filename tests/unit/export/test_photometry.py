@@ -6,14 +6,10 @@ import numpy as np
 import pytest
 from photompy import IESFile
 
-from purelight_export.photometry import (
-    Intensity,
-    ies_file,
-    intensity,
-    node_solid_angle,
-    unit_ies_file,
-)
+from purelight_export.photometry import Intensity, ies_file, intensity, unit_ies_file
 from purelight_format.color import LUMENS_PER_WATT, lumens
+from purelight_format.photometry.reader import read_ies
+from purelight_format.photometry.table import node_solid_angle
 
 FLUX = (3.0, 2.0, 0.5)
 
@@ -49,6 +45,14 @@ def test_the_table_integrates_to_the_flux(power: float) -> None:
 def test_a_reader_gets_the_flux_back(power: float) -> None:
     file = read(ies_file(table(power), name="lamp", issued="2026-01-01", radius=0.25))
     assert file.photometry.total_optical_power() == pytest.approx(lumens(np.array(FLUX)), rel=0.01)
+
+
+def test_our_own_reader_gets_the_table_back() -> None:
+    written = table(1.0).luminous
+    found = read_ies(ies_file(table(1.0), name="lamp", issued="2026-01-01", radius=0.25), "lamp")
+    np.testing.assert_allclose(found.vertical, written.vertical)
+    np.testing.assert_allclose(found.horizontal, written.horizontal)
+    np.testing.assert_allclose(found.candela, written.candela, rtol=1e-5)
 
 
 def test_uniform_light_has_uniform_intensity() -> None:

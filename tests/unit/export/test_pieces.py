@@ -9,20 +9,15 @@ import pytest
 import torch
 from torch import nn
 
-from purelight_export import geometry as graph_geometry
 from purelight_export.encodings import Features, harmonics, mlp, one_blob
 from purelight_export.flow import flow_density, flow_sample
 from purelight_export.graph import Graph, Value
 from purelight_export.grid import grid
-from purelight_format import measures
-from purelight_format.measures import BoundingSphere
 from purelight_train.networks import encodings
 from purelight_train.networks.coupling_flow import CouplingFlow
 
 Run = Callable[..., np.ndarray]
 Unit = Callable[..., np.ndarray]
-
-SPHERE = BoundingSphere((1.0, 2.0, -3.0), 0.5)
 
 
 def unfolded(graph: Graph, features: Features) -> Value:
@@ -30,83 +25,10 @@ def unfolded(graph: Graph, features: Features) -> Value:
     return graph.linear(features.value, features.matrix, features.offset)
 
 
-def points(unit: Unit, count: int, seed: int = 3) -> np.ndarray:
-    """Points outside the sphere: touching it, near, and up to 1e6 radii away."""
-    distance = 1 + np.logspace(-4, 6, count)[:, None]
-    return (np.array(SPHERE.center) + SPHERE.radius * distance * unit(count, seed)).astype("f4")
-
-
-def test_frame(run: Run, unit: Unit) -> None:
-    axis = np.concatenate([unit(500), [[1e-4, 0, -1], [0, -1e-6, -1], [1e-12, 0, -1]]])
-    axis = axis.astype(np.float32)
-    expected = measures.frame(axis.astype(np.float64))
-    for k in (0, 1):
-        result = run(lambda g, n, k=k: graph_geometry.frame(g, n)[k], axis)
-        np.testing.assert_allclose(result, expected[k], atol=1e-6)
-
-
 def square(count: int = 2000) -> np.ndarray:
     u = np.random.default_rng(5).random((count, 2))
     u[:7] = [[0, 0], [1, 1], [0.5, 0.5], [0, 0.5], [0.5, 1], [1 - 2**-24, 0], [0.25, 0.25]]
     return u.astype(np.float32)
-
-
-def test_square_to_disk(run: Run) -> None:
-    u = square()
-    result = run(lambda g, x: g.concat(graph_geometry.square_to_disk(g, x)), u)
-    np.testing.assert_allclose(result, measures.square_to_disk(u.astype(np.float64)), atol=5e-7)
-
-
-def test_disk_to_square(run: Run) -> None:
-    disk = measures.square_to_disk(square().astype(np.float64)).astype(np.float32)
-    result = run(lambda g, p: graph_geometry.disk_to_square(g, *g.columns(p)), disk)
-    np.testing.assert_allclose(result, measures.disk_to_square(disk.astype(np.float64)), atol=5e-7)
-
-
-def to_cap(graph: Graph, point: Value, u: Value) -> Value:
-    view = graph_geometry.cap(graph, point, SPHERE.center, SPHERE.radius)
-    return graph.concat([graph_geometry.cap_to_direction(graph, u, view), view.one_minus_cos])
-
-
-def test_cap_to_direction(run: Run, unit: Unit) -> None:
-    u, point = square(), points(unit, 2000)
-    cap = measures.cap(point.astype(np.float64), SPHERE)
-    expected = measures.cap_to_direction(u.astype(np.float64), cap)
-    result = run(to_cap, point, u)
-    np.testing.assert_allclose(result[:, :3], expected, atol=1e-3)
-    far = np.linalg.norm(point - SPHERE.center, axis=1) > 1.01 * SPHERE.radius
-    np.testing.assert_allclose(result[far, :3], expected[far], atol=2e-6)
-    np.testing.assert_allclose(result[far, 3], cap.one_minus_cos[far], rtol=2e-5)
-
-
-def test_direction_to_cap(run: Run, unit: Unit) -> None:
-    u, point = 0.01 + 0.98 * square(), points(unit, 2000)
-    near = np.linalg.norm(point - SPHERE.center, axis=1) < 1e3 * SPHERE.radius
-    point, u = point[near], u[: near.sum()]
-    cap = measures.cap(point.astype(np.float64), SPHERE)
-    toward = measures.cap_to_direction(u.astype(np.float64), cap).astype(np.float32)
-
-    def piece(graph: Graph, p: Value, t: Value) -> Value:
-        view = graph_geometry.cap(graph, p, SPHERE.center, SPHERE.radius)
-        back, inside = graph_geometry.direction_to_cap(graph, t, view)
-        return graph.concat([back, graph.cast(inside, np.float32)])
-
-    result = run(piece, point, toward)
-    angle = np.sqrt(cap.one_minus_cos)
-    assert (np.abs(result[:, :2] - u).max(1) * angle).max() < 2e-5
-    wide = (angle > 1e-2) & (np.abs(u - 0.5).max(1) < 0.45)
-    assert result[wide, 2].all()
-
-
-def test_a_direction_beside_the_cap_is_outside(run: Run) -> None:
-    point, toward = np.array([[1.0, 2.0, -1.0]]), np.array([[0.0, 0.3, -np.sqrt(0.91)]])
-
-    def piece(graph: Graph, p: Value, t: Value) -> Value:
-        view = graph_geometry.cap(graph, p, SPHERE.center, SPHERE.radius)
-        return graph.cast(graph_geometry.direction_to_cap(graph, t, view)[1], np.float32)
-
-    assert run(piece, point, toward)[0, 0] == 0
-    assert run(piece, point, np.array([[0.0, 0.2, -np.sqrt(0.96)]]))[0, 0] == 1
 
 
 @pytest.mark.parametrize("columns", [1, 3])

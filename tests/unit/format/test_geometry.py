@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from purelight_format.color import LUMINANCE
 from purelight_format.measures import (
     BoundingSphere,
     Cap,
@@ -12,8 +13,11 @@ from purelight_format.measures import (
     cap_to_direction,
     direction_to_cap,
     disk_to_square,
+    draw_from_map,
     encode_point,
+    flux_estimate,
     frame,
+    light_estimate,
     square_to_disk,
 )
 
@@ -172,13 +176,58 @@ def test_far_points_keep_their_density(dtype: type, radius: float) -> None:
 
 
 def test_encoded_points_fill_the_cube_and_stop_at_r_max() -> None:
-    q, t = encode_point(points([0.5, 1.0, 15.0, 1e6]), SPHERE, 15.0)
-    length = np.linalg.norm(q, axis=1).reshape(4, 40)
+    place, t = encode_point(points([0.5, 1.0, 15.0, 1e6]), SPHERE, 15.0)
+    length = np.linalg.norm(2 * place - 1, axis=1).reshape(4, 40)
     np.testing.assert_allclose(length, np.array([0.5, 0.5, 1, 1])[:, None] + np.zeros(40))
     angle = 2 / np.pi * np.arcsin(1 / 15)
     np.testing.assert_allclose(t.reshape(4, 40)[:, 0], [1, 1, angle, angle], rtol=1e-7)
     centre, _ = encode_point(np.array([SPHERE.center]), SPHERE, 15.0)
-    np.testing.assert_array_equal(centre, [[0, 0, 0]])
+    np.testing.assert_array_equal(centre, [[0.5, 0.5, 0.5]])
+    x, y, z = SPHERE.center
+    away, _ = encode_point(np.array([[x + 15 * SPHERE.radius, y, z]]), SPHERE, 15.0)
+    np.testing.assert_allclose(away, [[1, 0.5, 0.5]])
+
+
+def test_directions_from_a_map_have_the_stated_density() -> None:
+    rng, count = np.random.default_rng(5), 4000
+    cells = rng.random((16, 16, 3)) * (rng.random((16, 16, 1)) < 0.3)
+    view = cap(np.repeat(points([1.5])[2:3], count, 0), SPHERE)
+    radiance_map = np.broadcast_to(cells, (count, 16, 16, 3))
+    radiance, toward, pdf = draw_from_map(radiance_map, rng.random((count, 2)), view)
+    square, inside = direction_to_cap(toward, view)
+    column, row = np.minimum(16 * square, 15).astype(int).T
+    assert inside.all()
+    np.testing.assert_array_equal(radiance, cells[row, column])
+    luminance = cells @ LUMINANCE
+    density = 256 * luminance[row, column] / luminance.sum()
+    np.testing.assert_allclose(pdf * view.solid_angle, density)
+    drawn = np.bincount(16 * row + column, minlength=256) / count
+    expected = (luminance / luminance.sum()).ravel()
+    assert np.abs(drawn - expected).max() < 5 * np.sqrt(expected.max() / count)
+
+
+@pytest.mark.parametrize(("level", "distance"), [(0.0, 2.0), (1.0, 0.5)])
+def test_nothing_is_drawn_from_black_maps_or_inside(level: float, distance: float) -> None:
+    view = cap(points([distance], 8), SPHERE)
+    radiance, toward, pdf = draw_from_map(
+        np.full((8, 16, 16, 3), level), np.full((8, 2), 0.4), view
+    )
+    np.testing.assert_array_equal(pdf, 0)
+    np.testing.assert_array_equal(light_estimate(radiance, toward[:, 2], pdf), 0)
+
+
+def test_estimates_have_the_mean_of_a_shining_ball() -> None:
+    """Irradiance pi L (R/d)² that faces it, and flux pi L times its area."""
+    rng, level, ratio = np.random.default_rng(6), np.array([3.0, 2.0, 1.0]), 1.5
+    view = cap(np.repeat(points([ratio])[2:3], 20_000, 0), SPHERE)
+    toward = cap_to_direction(rng.random((20_000, 2)), view)
+    cosine = (toward * view.axis).sum(1)
+    radiance = np.broadcast_to(level, toward.shape)
+    light = light_estimate(radiance, cosine, 1 / view.solid_angle).mean(0)
+    np.testing.assert_allclose(light, np.pi * level / ratio**2, rtol=5e-3)
+    area = 4 * np.pi * SPHERE.radius**2
+    flux = flux_estimate(radiance, 1 / area, np.full(len(toward), 1 / np.pi)).mean(0)
+    np.testing.assert_allclose(flux, np.pi * level * area)
 
 
 def test_no_points_are_no_trouble() -> None:

@@ -7,14 +7,16 @@ import subprocess
 import sys
 from collections.abc import Callable
 
+import numpy as np
 import pytest
 
 import purelight_format
 from purelight_format import usd_schema
 from purelight_format.errors import PureLightError
 from purelight_format.networks.profile import inspect
+from purelight_format.srgb import png
 
-HEAVY = ("torch", "mitsuba", "onnxruntime", "pxr", "onnx", "scipy")
+HEAVY = ("torch", "mitsuba", "onnxruntime", "pxr", "onnx", "scipy", "PIL")
 MODULES = [
     info.name for info in pkgutil.walk_packages(purelight_format.__path__, "purelight_format.")
 ]
@@ -37,6 +39,7 @@ def test_importing_every_module_loads_no_heavy_package() -> None:
     [
         ("onnx", "purelight[onnx]", lambda: inspect(b"", "appearance")),
         ("pxr", "purelight[usd]", usd_schema.register),
+        ("PIL", "purelight[onnx]", lambda: png(np.zeros((1, 1, 3)))),
     ],
 )
 def test_a_missing_package_is_one_clear_line(
@@ -49,6 +52,6 @@ def test_a_missing_package_is_one_clear_line(
     assert "\n" not in str(caught.value)
 
 
-@pytest.mark.parametrize("package", ["onnx", "pxr"])
+@pytest.mark.parametrize("package", ["onnx", "pxr", "PIL.Image"])
 def test_the_check_can_fail(package: str) -> None:
-    assert package in loaded(f"import {package}")
+    assert package.partition(".")[0] in loaded(f"import {package}")

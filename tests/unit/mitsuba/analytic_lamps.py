@@ -13,10 +13,9 @@ import mitsuba as mi
 import numpy as np
 import trimesh
 
-from purelight_export import geometry
 from purelight_export.graph import Graph, Value
 from purelight_format import bundle
-from purelight_format.measures import BoundingSphere
+from purelight_format.measures import BoundingSphere, Cap, cap, cap_to_direction, direction_to_cap
 from purelight_format.members.manifest import Manifest, NetworkInfo
 from purelight_format.members.surface import Surface
 from purelight_format.networks import reference
@@ -96,16 +95,16 @@ def transparency(through: Sequence[float]) -> bytes:
     return graph.to_bytes()
 
 
-def _pdf(graph: Graph, view: geometry.Cap) -> Value:
-    return graph.where(view.outside, 1.0 / (view.one_minus_cos * (2 * math.pi)), 0.0)
+def _pdf(graph: Graph, view: Cap[Value]) -> Value:
+    return graph.where(view.outside, 1.0 / view.solid_angle, 0.0)
 
 
 def sampler() -> bytes:
     """Uniform directions in the cap."""
     graph = Graph("sampler")
     point, u = graph.input("point", 3), graph.input("u", 2)
-    view = geometry.cap(graph, point, CENTRE, RADIUS)
-    toward = geometry.cap_to_direction(graph, u, view)
+    view = cap(point, SPHERE)
+    toward = cap_to_direction(u, view)
     graph.output("toward", graph.where(view.outside, toward, view.axis))
     graph.output("pdf_solid_angle", graph.flatten(_pdf(graph, view)))
     return graph.to_bytes()
@@ -115,8 +114,8 @@ def sampler_pdf() -> bytes:
     """The density of `sampler`."""
     graph = Graph("sampler_pdf")
     point, toward = graph.input("point", 3), graph.input("toward", 3)
-    view = geometry.cap(graph, point, CENTRE, RADIUS)
-    _, inside = geometry.direction_to_cap(graph, toward, view)
+    view = cap(point, SPHERE)
+    _, inside = direction_to_cap(toward, view)
     pdf = graph.where(view.outside & inside, _pdf(graph, view), 0.0)
     graph.output("pdf_solid_angle", graph.flatten(pdf))
     return graph.to_bytes()

@@ -11,9 +11,10 @@ import numpy as np
 import pytest
 from twins import Ball, Hanging, Panel, T, twins
 
-from purelight_export.photometry import Intensity, ies_file, node_solid_angle
+from purelight_export.photometry import Intensity, ies_file
 from purelight_format.errors import PureLightError
 from purelight_format.members import PHOTOMETRY
+from purelight_format.photometry.table import node_solid_angle
 from purelight_mitsuba.sampling.far_field import HORIZONTAL, VERTICAL, FarField
 
 FACING = T().translate([0.2, 0.1, 1.6]).rotate([0.6, 0, 0.8], 25).scale(0.5)

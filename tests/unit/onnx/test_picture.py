@@ -10,7 +10,8 @@ import OpenEXR
 import pytest
 from PIL import Image
 
-from purelight_onnx.picture import png, write_exr
+from purelight_format.srgb import png
+from purelight_onnx.picture import write_exr
 
 
 @pytest.mark.parametrize(("half", "tolerance"), [(False, 0.0), (True, 1e-3)])

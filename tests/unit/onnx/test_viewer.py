@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from purelight_format.camera import Camera
 from purelight_format.errors import PureLightError, SpoiltWarning
 from purelight_format.measures import BoundingSphere
 from purelight_format.members.surface import Surface
-from purelight_onnx.camera import Camera
 from purelight_onnx.exit_surface import ExitSurface
 from purelight_onnx.luminaire import Luminaire
 from purelight_onnx.viewer import render

@@ -31,7 +31,8 @@ def spot(position: np.ndarray, normal: np.ndarray, outgoing: np.ndarray) -> np.n
 
 def even_samples(surface: Any, rng: np.random.Generator) -> Any:
     """One direction in each cell, from the same point every time."""
-    from purelight_train.learning.cap_samples import EVEN, SIDE, CapSamples, cap_directions, look
+    from purelight_train.learning.cap_samples import EVEN, SIDE, CapSamples, cap_directions
+    from purelight_train.light.radiance_field import look
 
     point = np.tile(np.array([[2.0, 0.5, 3.0]], np.float32), (32, 1))
     row, column = np.divmod(np.arange(EVEN), SIDE)

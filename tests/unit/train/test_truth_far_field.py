@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from purelight_train.light.exit_records import ExitRecords
-from purelight_train.truth.far_field import FarField, interpolate
+from purelight_train.truth.far_field import IntensityZones, interpolate
 
 POWER = np.array([3.0, 2.0, 1.0])
 
@@ -31,7 +31,7 @@ def expected(direction: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def test_zones_hold_the_intensity() -> None:
-    field = FarField.of(lobe())
+    field = IntensityZones.of(lobe())
     true = expected(field.directions()).mean(2)
     z = (field.intensity - true)[..., 0] / field.error[..., 0]
     assert 0.85 < np.sqrt(np.mean(z**2)) < 1.15
@@ -44,7 +44,7 @@ def test_exported_table_agrees() -> None:
 
     records = lobe()
     table = intensity(records.direction, records.weight, tuple(POWER))
-    direction = FarField.of(records).directions()
+    direction = IntensityZones.of(records).directions()
     told = interpolate(table.vertical, table.horizontal, table.values, direction)
     error = np.abs(told - expected(direction)).mean() / expected(direction).mean()
     assert error < 0.03

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from torch import Tensor, nn
 
 from purelight_train.light.description import Description
+from purelight_train.light.ray_chart import direction_to_square
 from purelight_train.networks.coupling_flow import CouplingFlow
-from purelight_train.networks.geometry import direction_to_square
 from purelight_train.networks.surface_network import make_grid
 from purelight_train.presets import GridSize, Preset
 

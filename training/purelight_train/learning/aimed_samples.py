@@ -6,15 +6,14 @@ from collections.abc import Callable
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 
-from purelight_train.learning.cap_samples import EVEN, CapSamples, Radiance, cap_directions, look
+from purelight_train.learning.cap_samples import EVEN, CapSamples, cap_directions
 from purelight_train.light.description import Description
 from purelight_train.light.exit_surface import ExitSurface
+from purelight_train.light.radiance_field import Float, Radiance, look
 from purelight_train.networks.fast_map import SIZE
 from purelight_train.networks.sampler import Sampler
 
-Float = NDArray[np.float32]
 DRAWS = 64
 CELLS = SIZE * SIZE
 POINT_BATCH = 1 << 12
@@ -76,7 +75,7 @@ def _share(radiance: Float, density: Float) -> Float:
 @torch.no_grad()
 def _drawn(sampler: Sampler, point: Float, rng: np.random.Generator) -> tuple[Float, Float]:
     """Places on the square that the sampler draws, [P, DRAWS, 2], and its density there."""
-    device = sampler.encoding.centre.device
+    device = next(sampler.parameters()).device
     context = sampler.encoding(torch.from_numpy(point).to(device))
     u = torch.from_numpy(rng.random((len(point) * DRAWS, 2)).astype(np.float32)).to(device)
     square = sampler.draw(u, context.repeat_interleave(DRAWS, 0))
@@ -87,7 +86,7 @@ def _drawn(sampler: Sampler, point: Float, rng: np.random.Generator) -> tuple[Fl
 @torch.no_grad()
 def _density(sampler: Sampler, point: Float, square: Float) -> Float:
     """The sampler's density on the square, its even part included: [P, 3], [P, K, 2] -> [P, K]."""
-    device = sampler.encoding.centre.device
+    device = next(sampler.parameters()).device
     context = sampler.encoding(torch.from_numpy(point).to(device))
     flat = torch.from_numpy(square.reshape(-1, 2)).to(device)
     log = sampler.learned_log_density(flat, context.repeat_interleave(square.shape[1], 0))

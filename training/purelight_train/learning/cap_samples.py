@@ -6,17 +6,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-import torch
-from numpy.typing import NDArray
-from torch import Tensor
 
 from purelight_format.color import LUMINANCE
+from purelight_format.measures import cap, cap_to_direction
 from purelight_train.light.description import Description
 from purelight_train.light.exit_surface import ExitSurface
-from purelight_train.networks import geometry
+from purelight_train.light.radiance_field import Float, Radiance, look
 
-Float = NDArray[np.float32]
-Radiance = Callable[[Float, Float, Float], Float]
 SIDE = 8
 EVEN = SIDE * SIDE  # samples of a point
 POINT_BATCH = 1 << 13
@@ -85,16 +81,6 @@ class CapSamples:
 
 def cap_directions(description: Description, point: Float, square: Float) -> Float:
     """Directions of cap coordinates [P, K, 2] seen from points [P, 3]: [P K, 3]."""
-    repeated = torch.from_numpy(point).double().repeat_interleave(square.shape[1], 0)
-    centre = torch.tensor(description.sphere.center, dtype=torch.float64)
-    axis, one_minus_cos = geometry.cap(repeated, centre, description.sphere.radius)
-    u: Tensor = torch.from_numpy(square.reshape(-1, 2)).double()
-    return geometry.cap_to_direction(u, axis, one_minus_cos).float().numpy()
-
-
-def look(surface: ExitSurface, radiance: Radiance, origin: Float, direction: Float) -> Float:
-    """Radiance seen along rays, zero where they miss the lamp: [N, 3], [N, 3] -> [N, 3]."""
-    hits = surface.intersect(origin, direction)
-    value = np.zeros((len(origin), 3), np.float32)
-    value[hits.index] = radiance(hits.position, hits.normal, -direction[hits.index])
-    return value
+    repeated = point.repeat(square.shape[1], 0).astype(np.float64)
+    u = square.reshape(-1, 2).astype(np.float64)
+    return cap_to_direction(u, cap(repeated, description.sphere)).astype(np.float32)

@@ -7,8 +7,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from purelight_train.learning.cap_samples import Radiance
+from purelight_format.measures import flux_estimate
 from purelight_train.learning.reference_rays import ReferenceRays
+from purelight_train.light.radiance_field import Radiance
 
 PASS = 1 << 18
 LIFT = 1e-4  # radii
@@ -40,7 +41,8 @@ def escaping_flux(
     first, second, count = np.zeros(3), np.zeros(3), 0
     while count < most:
         position, normal, outgoing, log_ratio = references.sample(PASS, rng)
-        value = radiance(position, normal, outgoing) / np.exp(log_ratio.astype(np.float64))[:, None]
+        pdf_projected = np.exp(log_ratio.astype(np.float64)) / math.pi
+        value = flux_estimate(radiance(position, normal, outgoing), 1 / surface.area, pdf_projected)
         lifted = position + LIFT * surface.sphere.radius * normal
         value[surface.intersect(lifted, outgoing).index] = 0
         first, second, count = first + value.sum(0), second + (value**2).sum(0), count + PASS
@@ -48,4 +50,4 @@ def escaping_flux(
         error = np.sqrt(np.maximum(second / count - mean**2, 0) / count)
         if (error <= precision * mean).all():
             break
-    return math.pi * surface.area * mean, math.pi * surface.area * error
+    return mean, error

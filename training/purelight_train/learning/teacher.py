@@ -15,9 +15,9 @@ from purelight_train.light.exit_surface import ExitSurface
 from purelight_train.light.light_tracing import BATCH, trace_records
 from purelight_train.light.luminaire import Luminaire
 from purelight_train.light.positional_density import PositionalDensity
+from purelight_train.light.ray_chart import direction_to_square
 from purelight_train.networks.coupling_flow import CouplingFlow
 from purelight_train.networks.encodings import one_blob
-from purelight_train.networks.geometry import direction_to_square
 from purelight_train.networks.surface_network import make_grid
 from purelight_train.presets import Preset
 

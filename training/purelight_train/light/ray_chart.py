@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from purelight_format.measures import disk_to_square, frame, square_to_disk
+from purelight_format.namespace import A, namespace
 from purelight_train.light.exit_surface import ExitSurface
 
 Float = NDArray[np.float32]
@@ -63,9 +64,7 @@ class RayChart:
         rank = self._rank[triangle + back * len(self.surface.triangles)]
         inside = self.surface.square_of(position, triangle)
         start, end = self._ends[rank], self._ends[rank + 1]
-        tangent, bitangent = frame(normal)
-        disk = np.stack([(t * outgoing).sum(1) for t in (tangent, bitangent)], 1)
-        square = disk_to_square(disk.astype(np.float64))
+        square = direction_to_square(outgoing.astype(np.float64), normal.astype(np.float64))
         return np.column_stack([start + inside[0] * (end - start), inside[1], square])
 
     def rays(self, place: Double) -> tuple[Float, Float, Float]:
@@ -81,6 +80,17 @@ class RayChart:
         up = np.sqrt(np.maximum(1 - (disk**2).sum(1, keepdims=True), 1e-12))
         outgoing = disk[:, :1] * tangent + disk[:, 1:] * bitangent + up * normal
         return position, normal.astype(np.float32), outgoing.astype(np.float32)
+
+
+def direction_to_square(outgoing: A, normal: A) -> A:
+    """Outgoing directions about normals on the square of the projected hemisphere: [N, 2].
+
+    Area on the unit disk is projected solid angle, so a density p on the square is
+    `pdf_projected = p / pi`. Arrays or tensors, two of [N, 3].
+    """
+    xp = namespace(normal)
+    disk: A = xp.concat([xp.sum(outgoing * side) for side in frame(normal)])
+    return disk_to_square(disk)
 
 
 def morton(cell: Double) -> Index:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import math
-
+import numpy as np
 import torch
 from torch import Tensor, nn
 
+from purelight_format.measures import BoundingSphere, encode_point
 from purelight_train.light.description import Description
 from purelight_train.networks.encodings import one_blob
 from purelight_train.networks.surface_network import make_grid
@@ -16,20 +16,16 @@ ANGLE_BINS = 16
 
 
 class PointEncoding(nn.Module):
-    r"""Dense-grid features of the point and one-blob of the cap's half-angle: [N, 3] -> [N, size].
+    """Features of `encode_point`: a dense grid of the place, one-blob of the cap's half-angle.
 
-    The grid coordinate is :math:`\tfrac12 + \tfrac12 e\,s` with the unit direction e from the
-    centre to the point and :math:`s = \tfrac12 + \tfrac12 \ln(d/R) / \ln r_{max}`: logarithmic in
-    distance, so that directions stay resolved near the lamp. Distances are clipped to
-    [R, r_max R]; farther points use the field of r_max.
+    [N, 3] -> [N, size]. The sphere's centre is the one that a graph in float32 has.
     """
-
-    centre: Tensor
 
     def __init__(self, description: Description, grid: GridSize) -> None:
         super().__init__()
-        self.register_buffer("centre", torch.tensor(description.sphere.center), persistent=False)
-        self.radius, self.r_max = description.sphere.radius, description.r_max
+        x, y, z = np.array(description.sphere.center, np.float32).tolist()
+        self.sphere = BoundingSphere((x, y, z), description.sphere.radius)
+        self.r_max = description.r_max
         self.grid = make_grid(grid)
 
     @property
@@ -37,10 +33,5 @@ class PointEncoding(nn.Module):
         return self.grid.size + ANGLE_BINS
 
     def forward(self, point: Tensor) -> Tensor:
-        offset = point - self.centre
-        distance = offset.norm(dim=-1).clamp(min=1e-30)
-        ratio = (distance / self.radius).clamp(1, self.r_max)
-        s = 0.5 + 0.5 * torch.log(ratio) / math.log(self.r_max)
-        grid = self.grid(0.5 + 0.5 * offset * (s / distance)[:, None])
-        angle = torch.asin(1 / ratio) * (2 / math.pi)
-        return torch.cat((grid, one_blob(angle, ANGLE_BINS)), dim=-1)
+        place, angle = encode_point(point, self.sphere, self.r_max)
+        return torch.cat((self.grid(place), one_blob(angle, ANGLE_BINS)), dim=-1)

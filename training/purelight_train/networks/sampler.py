@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import math
-
 import torch
 from torch import Tensor, nn
 
+from purelight_format.measures import Cap, cap, cap_to_direction, direction_to_cap
 from purelight_train.light.description import Description
-from purelight_train.networks import geometry
 from purelight_train.networks.coupling_flow import CouplingFlow
 from purelight_train.networks.point_encoding import PointEncoding
 from purelight_train.presets import Preset
 
 UNIFORM_FRACTION = 0.05
-INSIDE = 1 + 1e-6
 
 
 class Sampler(nn.Module):
@@ -45,11 +42,6 @@ class Sampler(nn.Module):
         """Uniforms [N, 2] warped to the learned density on the square [N, 2]."""
         return self.flow.sample(u, context)[0]
 
-    def _cap(self, point: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-        axis, one_minus_cos = geometry.cap(point, self.encoding.centre, self.encoding.radius)
-        distance = (point - self.encoding.centre).norm(dim=-1)
-        return axis, one_minus_cos, distance > self.encoding.radius * INSIDE
-
     def mixture(self, density: Tensor) -> Tensor:
         """Density on the square from the flow's."""
         return (1 - self.uniform_fraction) * density + self.uniform_fraction
@@ -62,24 +54,21 @@ class Sampler(nn.Module):
         start = torch.stack((first.clamp(0, 1), u[:, 1]), -1)
         return torch.where(uniform[:, None], start, self.warp(start, context))
 
-    def _pdf(self, density: Tensor, one_minus_cos: Tensor, valid: Tensor) -> Tensor:
-        return torch.where(valid, self.mixture(density) / (2 * math.pi * one_minus_cos), 0.0)
+    def _pdf(self, density: Tensor, view: Cap[Tensor], inside: Tensor) -> Tensor:
+        return torch.where(inside, self.mixture(density) / view.solid_angle, 0.0)
 
     def forward(self, point: Tensor, u: Tensor) -> tuple[Tensor, Tensor]:
         """Sample directions: points [N, 3], uniforms [N, 2] -> toward [N, 3], pdf [N] per sr."""
         context = self.encoding(point)
         z = self.draw(u, context)
         density = torch.exp(self.learned_log_density(z, context))
-        axis, one_minus_cos, outside = self._cap(point)
-        toward = geometry.cap_to_direction(z, axis, one_minus_cos)
-        return (
-            torch.where(outside[:, None], toward, axis),
-            self._pdf(density, one_minus_cos, outside),
-        )
+        view = cap(point, self.encoding.sphere)
+        toward = torch.where(view.outside[:, None], cap_to_direction(z, view), view.axis)
+        return toward, self._pdf(density, view, view.outside)
 
     def pdf_solid_angle(self, point: Tensor, toward: Tensor) -> Tensor:
         """Density of `forward` per solid angle, zero outside the cap: [N, 3], [N, 3] -> [N]."""
-        axis, one_minus_cos, outside = self._cap(point)
-        z, inside = geometry.direction_to_cap(toward, axis, one_minus_cos)
+        view = cap(point, self.encoding.sphere)
+        z, inside = direction_to_cap(toward, view)
         density = torch.exp(self.log_density(z, point))
-        return self._pdf(density, one_minus_cos, outside & inside)
+        return self._pdf(density, view, view.outside & inside)

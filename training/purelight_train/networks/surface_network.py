@@ -9,6 +9,7 @@ from typing import Any
 import torch
 from torch import Tensor, nn
 
+from purelight_format.namespace import A, namespace
 from purelight_train.light.description import Description
 from purelight_train.networks.encodings import MLP, GridEncoding, SphericalHarmonics
 from purelight_train.presets import GridSize, MLPSize
@@ -79,8 +80,13 @@ class SurfaceNetwork(nn.Module):
         return output
 
 
-def refracted(normal: Tensor, outgoing: Tensor, index: float) -> Tensor:
-    """Directions inside glass of light that leaves it, by Snell's law: two of [N, 3] -> [N, 3]."""
-    tangential = (outgoing - (outgoing * normal).sum(-1, keepdim=True) * normal) / index
-    sine2 = (tangential * tangential).sum(-1, keepdim=True)
-    return tangential + normal * torch.sqrt((1 - sine2).clamp(min=0))
+def refracted(normal: A, outgoing: A, index: float) -> A:
+    """Directions inside glass of light that leaves it, by Snell's law: two of [N, 3] -> [N, 3].
+
+    Tensors or values of a graph, as in `purelight_format.measures`.
+    """
+    xp = namespace(normal)
+    tangential = (outgoing - xp.column(xp.sum(outgoing * normal)) * normal) * (1 / index)
+    cosine = xp.sqrt(xp.relu(1.0 - xp.column(xp.sum(tangential * tangential))))
+    inside: A = tangential + normal * cosine
+    return inside

@@ -9,10 +9,11 @@ import torch
 from numpy.typing import NDArray
 
 from purelight_format import measures
+from purelight_format.camera import orbit_axes
 from purelight_format.color import LUMINANCE
-from purelight_train.learning.cap_samples import Radiance, look
 from purelight_train.light.description import Description
 from purelight_train.light.exit_surface import ExitSurface
+from purelight_train.light.radiance_field import Radiance, look
 from purelight_train.networks.fast_map import FastMap
 from purelight_train.networks.sampler import Sampler
 from purelight_train.report.grading import heat, lamp_grade
@@ -87,11 +88,8 @@ class CapMaps:
 
     def _points(self) -> NDArray[np.float32]:
         sphere = self.description.sphere
-        azimuth, elevation, distance = np.array(POINTS).T
-        a, e = np.radians(azimuth), np.radians(elevation)
-        unit = np.stack((np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)), 1)
-        point = np.asarray(sphere.center) + (distance * sphere.radius)[:, None] * unit
-        return point.astype(np.float32)
+        offset = [distance * orbit_axes(a, e)[2] for a, e, distance in POINTS]
+        return (np.asarray(sphere.center) + sphere.radius * np.array(offset)).astype(np.float32)
 
     def _square(self, rng: np.random.Generator | None = None) -> NDArray[np.float64]:
         """Coordinates in each of SIDE x SIDE cells, their centres or random: [SIDE², 2]."""

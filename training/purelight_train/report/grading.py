@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from purelight_format.color import LUMINANCE
-from purelight_onnx.picture import png
+from purelight_format.srgb import png
 
 Image = NDArray[np.floating[Any]]
 

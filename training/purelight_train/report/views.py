@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from purelight_train.learning.cap_samples import Radiance
 from purelight_train.light.description import Description
 from purelight_train.light.exit_surface import ExitSurface
+from purelight_train.light.radiance_field import Radiance
 from purelight_train.report.grading import Grade, heat, lamp_grade
 from purelight_train.report.page import Row, Shot
 from purelight_train.truth.light_traced import light_traced, sharp_share

@@ -9,16 +9,15 @@ import torch
 from numpy.typing import NDArray
 from torch import nn
 
-from purelight_train.learning.cap_samples import Radiance
 from purelight_train.learning.flux_closure import escaping_flux
 from purelight_train.light.exit_records import ExitRecords
 from purelight_train.light.exit_surface import ExitSurface
+from purelight_train.light.radiance_field import Float, Radiance, portrait
 from purelight_train.networks.student import MAX_LOG, Student
-from purelight_train.runs import preview
+from purelight_train.runs.preview import save_row
 from purelight_train.runs.run_directory import RunDirectory
 from purelight_train.runs.traced_lamp import TracedLamp
 
-Float = NDArray[np.float32]
 BATCH = 1 << 15
 FEW_RAYS, FEW_RECORDS = 1 << 18, 1 << 14
 BRIGHTER, HEADROOM = 1e-4, 2.0
@@ -123,10 +122,9 @@ def write_previews(
 ) -> None:
     """Pictures of the lamp: student from two sides, transparency, and teacher beside student."""
     folder = run.path / "previews"
-    views = [preview.view(surface, student, 256, 35, e) for e in (10.0, -50.0)]
-    preview.save_row(folder / "student.png", views)
-    through = preview.view(surface, transparency, 256, 35, 10.0)
-    preview.save_png(folder / "transparency.png", preview.tone_map(through, 1.0))
+    views = [portrait(surface, student, 256, 35, e) for e in (10.0, -50.0)]
+    save_row(folder / "student.png", views)
+    save_row(folder / "transparency.png", [portrait(surface, transparency, 256, 35, 10.0)], 1.0)
     if teacher is not None:
-        picture = preview.view(surface, teacher, 256, 35, 10.0)
-        preview.save_row(folder / "teacher_student.png", [picture, views[0]])
+        picture = portrait(surface, teacher, 256, 35, 10.0)
+        save_row(folder / "teacher_student.png", [picture, views[0]])

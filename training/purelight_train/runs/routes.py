@@ -9,12 +9,12 @@ from functools import cached_property
 import numpy as np
 import torch
 
-from purelight_train.learning.cap_samples import Radiance
 from purelight_train.learning.photon_batches import PhotonBatches
 from purelight_train.learning.photon_loss import brightest_of, chosen_loss, student_loss
 from purelight_train.learning.teacher import DirectionalFlow, FreshBatches, PowerBatches, Teacher
 from purelight_train.learning.training_sets import distillation_set
 from purelight_train.light.positional_density import PositionalDensity
+from purelight_train.light.radiance_field import Radiance
 from purelight_train.networks.student import Student
 from purelight_train.presets import Optimisation, Preset
 from purelight_train.runs.evaluation import as_function, close_flux, held_out_gain, set_ceiling

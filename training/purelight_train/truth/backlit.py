@@ -10,8 +10,8 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
+from purelight_format.camera import orbit_axes
 from purelight_format.measures import BoundingSphere
-from purelight_train.runs.preview import view_axes
 
 Float = NDArray[np.float32]
 Image = NDArray[np.float64]
@@ -38,7 +38,7 @@ class Backlit:
 
     def lines(self, rng: np.random.Generator) -> tuple[Float, Float]:
         """A line for each pixel, uniform over it: origins and directions [size², 3] by rows."""
-        right, up, back = view_axes(self.azimuth, self.elevation)
+        right, up, back = orbit_axes(self.azimuth, self.elevation)
         row, column = np.mgrid[0 : self.size, 0 : self.size].reshape(2, -1)
         u, v = rng.random((2, self.size**2))
         x = ((column + u) / self.size * 2 - 1) * self.sphere.radius
@@ -66,7 +66,7 @@ class Backlit:
         return narrow._render(narrow._scene(scene), "path", spp, 2, seed)
 
     def _scene(self, scene: Any) -> Any:
-        _, up, back = view_axes(self.azimuth, self.elevation)
+        _, up, back = orbit_axes(self.azimuth, self.elevation)
         centre, radius = np.asarray(self.sphere.center), self.sphere.radius
         position = centre - AWAY * radius * back
         half = AWAY * radius * math.tan(math.radians(self.half_angle))
@@ -83,7 +83,7 @@ class Backlit:
         return mi.load_dict({"type": "scene", "panel": panel, **shapes})
 
     def _render(self, scene: Any, method: str, spp: int, depth: int, seed: int) -> Image:
-        _, up, back = view_axes(self.azimuth, self.elevation)
+        _, up, back = orbit_axes(self.azimuth, self.elevation)
         centre, radius = np.asarray(self.sphere.center), self.sphere.radius
         camera = mi.ScalarTransform4f().look_at(
             list(centre + 2 * radius * back), list(centre), list(up)

@@ -14,7 +14,7 @@ Table = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class FarField:
+class IntensityZones:
     """Mean radiant intensity in zones of equal solid angle.
 
     Zone [i, j] spans the cosines of the angle to -Z from 1 - 2 i / rows down by 2 / rows, and
@@ -28,7 +28,7 @@ class FarField:
     error: Table
 
     @staticmethod
-    def of(records: ExitRecords, rows: int = 16, columns: int = 12) -> FarField:
+    def of(records: ExitRecords, rows: int = 16, columns: int = 12) -> IntensityZones:
         """Count exit records."""
         x, y, z = records.direction.astype(np.float64).T
         row = np.clip(((1 + z) / 2 * rows).astype(int), 0, rows - 1)
@@ -41,7 +41,7 @@ class FarField:
         )
         error = np.sqrt(np.maximum(second - first**2, 0) / records.paths)
         shape = (rows, columns, 3)
-        return FarField(first.reshape(shape), error.reshape(shape))
+        return IntensityZones(first.reshape(shape), error.reshape(shape))
 
     def directions(self, side: int = 8) -> NDArray[np.float64]:
         """Directions that fill each zone evenly: [rows, columns, side², 3]."""

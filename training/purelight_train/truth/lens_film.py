@@ -22,14 +22,14 @@ class LensFilm:
 
     def __init__(self, lens: ThinLens) -> None:
         self.lens = lens
-        self.right, self.up, self.back = (mi.Vector3f(*a.tolist()) for a in lens.axes)
-        self.position = mi.Point3f(*lens.position.tolist())
+        self.right, self.up, self.back = (mi.Vector3f(*a.tolist()) for a in lens.camera.axes)
+        self.position = mi.Point3f(*lens.camera.origin.tolist())
         self.sums = dr.zeros(mi.Float, 3 * lens.size**2)
         dr.make_opaque(self.sums)
 
     def point(self, u: Any) -> Any:
         """A point of the lens, uniform by area, from uniforms in the unit square."""
-        disk = mi.warp.square_to_uniform_disk_concentric(u) * self.lens.radius
+        disk = mi.warp.square_to_uniform_disk_concentric(u) * self.lens.camera.lens_radius
         return self.position + disk.x * self.right + disk.y * self.up
 
     def join(self, target: Any, source: Any, intensity: Any, active: Any) -> None:
@@ -45,19 +45,19 @@ class LensFilm:
         cosine = dr.dot(ray.d, self.back)
         distance = dr.dot(self.position - ray.o, self.back) / cosine
         target = ray(distance)
-        met = dr.squared_norm(target - self.position) < self.lens.radius**2
-        area = math.pi * self.lens.radius**2
+        met = dr.squared_norm(target - self.position) < self.lens.camera.lens_radius**2
+        area = math.pi * self.lens.camera.lens_radius**2
         self._add(target, ray.d, power / area, active & met & (cosine > 0) & (distance > 0))
 
     def _add(self, target: Any, direction: Any, irradiance: Any, active: Any) -> None:
-        lens = self.lens
+        lens, focus = self.lens, self.lens.camera.distance
         cosine = dr.dot(direction, self.back)
-        at = target - direction * (lens.focus / cosine) - mi.Point3f(*lens.sphere.center)
-        scale = lens.size / (2 * lens.half_side)
+        at = target - direction * (focus / cosine) - mi.Point3f(*lens.sphere.center)
+        scale = lens.size / (2 * lens.camera.half_side)
         x = dr.dot(at, self.right) * scale + 0.5 * lens.size
         y = 0.5 * lens.size - dr.dot(at, self.up) * scale
         inside = active & (x >= 0) & (y >= 0) & (x < lens.size) & (y < lens.size)
-        radiance = irradiance * (lens.focus**2 / (lens.pixel_area * dr.square(dr.square(cosine))))
+        radiance = irradiance * (focus**2 / (lens.pixel_area * dr.square(dr.square(cosine))))
         finite = dr.all(dr.isfinite(radiance))
         first = 3 * (mi.UInt32(y) * lens.size + mi.UInt32(x))
         for channel in range(3):

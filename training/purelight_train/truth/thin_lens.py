@@ -20,11 +20,11 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
+from purelight_format.camera import Camera
 from purelight_format.measures import BoundingSphere
-from purelight_train.runs.preview import view_axes, view_half
+from purelight_train.light.radiance_field import MARGIN
 
 Float = NDArray[np.float32]
-Vector = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class ThinLens:
     """A square picture through a round lens that looks at a lamp's centre.
 
     Arguments:
-        sphere: of the lamp; it fills the picture as in `preview.view_rays`.
+        sphere: of the lamp; it fills the picture.
         size: pixels along each side.
         azimuth, elevation: of the lens as seen from the lamp, in degrees.
         aperture: radius of the lens over its distance. What lies z in front of the focal plane is
@@ -48,61 +48,38 @@ class ThinLens:
     distance: float = 4.0
 
     @cached_property
-    def axes(self) -> tuple[Vector, Vector, Vector]:
-        """Unit vectors to the right and up in the picture, and from the lamp to the lens."""
-        return view_axes(self.azimuth, self.elevation)
-
-    @property
-    def focus(self) -> float:
-        """Distance of the lens from the focal plane in m."""
-        return self.distance * self.sphere.radius
-
-    @property
-    def radius(self) -> float:
-        """Radius of the lens in m."""
-        return self.aperture * self.focus
-
-    @property
-    def position(self) -> Vector:
-        """Centre of the lens: [3]."""
-        return np.asarray(self.sphere.center) + self.focus * self.axes[2]
-
-    @property
-    def half_side(self) -> float:
-        """Half the side of the picture on the focal plane in m."""
-        return view_half(self.distance) * self.focus
+    def camera(self) -> Camera:
+        """Where it stands, and its rays."""
+        return Camera.orbit(
+            self.sphere, azimuth=self.azimuth, elevation=self.elevation, distance=self.distance,
+            size=self.size, lens=self.aperture * self.distance, margin=MARGIN,
+        )  # fmt: skip
 
     @property
     def pixel_area(self) -> float:
         """Area of a pixel on the focal plane in m²."""
-        return (2 * self.half_side / self.size) ** 2
+        return (2 * self.camera.half_side / self.size) ** 2
 
     def rays(self, rng: np.random.Generator) -> tuple[Float, Float]:
         """One ray for each pixel, uniform over pixel and lens: two of [size², 3], row by row."""
-        right, up, back = self.axes
         row, column = np.mgrid[0 : self.size, 0 : self.size].reshape(2, -1)
         u, v, a, b = rng.random((4, self.size**2))
-        x = ((column + u) / self.size * 2 - 1) * self.half_side
-        y = (1 - (row + v) / self.size * 2) * self.half_side
-        r, phi = self.radius * np.sqrt(a), 2 * math.pi * b
-        shift = r * np.stack((np.cos(phi), np.sin(phi)))
-        at_lens = shift[0, :, None] * right + shift[1, :, None] * up + self.focus * back
-        direction = x[:, None] * right + y[:, None] * up - at_lens
-        direction /= np.linalg.norm(direction, axis=1, keepdims=True)
-        origin = np.asarray(self.sphere.center) + at_lens
+        x, y = (column + u) / self.size * 2 - 1, 1 - (row + v) / self.size * 2
+        origin, direction = self.camera.rays_through(x, y, np.sqrt(a), 2 * math.pi * b)
         return origin.astype(np.float32), direction.astype(np.float32)
 
     def sensor(self) -> dict[str, Any]:
         """The same camera as a Mitsuba sensor."""
-        centre, position = list(self.sphere.center), list(self.position)
+        camera = self.camera
+        place = [list(vector) for vector in (camera.origin, camera.target, camera.axes[1])]
         return {
             "type": "thinlens",
-            "fov": math.degrees(2 * math.atan(view_half(self.distance))),
-            "aperture_radius": self.radius,
-            "focus_distance": self.focus,
+            "fov": math.degrees(2 * math.atan(camera.half_width)),
+            "aperture_radius": camera.lens_radius,
+            "focus_distance": camera.distance,
             "near_clip": self.sphere.radius * 1e-2,
             "far_clip": self.sphere.radius * 1e3,
-            "to_world": mi.ScalarTransform4f().look_at(position, centre, list(self.axes[1])),
+            "to_world": mi.ScalarTransform4f().look_at(*place),
             "film": {
                 "type": "hdrfilm", "width": self.size, "height": self.size,
                 "rfilter": {"type": "box"}, "pixel_format": "rgb", "component_format": "float32",

@@ -8,8 +8,8 @@ from typing import Any
 import mitsuba as mi
 import numpy as np
 
-from purelight_train.learning.cap_samples import Radiance, look
 from purelight_train.light.exit_surface import ExitSurface
+from purelight_train.light.radiance_field import Radiance, seen
 from purelight_train.truth.metrics import Mask
 from purelight_train.truth.picture import Passes, Picture
 from purelight_train.truth.thin_lens import ThinLens
@@ -32,10 +32,9 @@ def field_view(
     """
     passes, cover = Passes(), np.zeros(lens.size**2)
     for _ in range(spp):
-        origin, direction = lens.rays(rng)
-        seen = look(surface, radiance, origin, direction)
-        passes.add(seen.reshape(lens.size, lens.size, 3).astype(np.float64))
-        cover[surface.intersect(origin, direction).index] += 1
+        value, met = seen(surface, radiance, *lens.rays(rng))
+        passes.add(value.reshape(lens.size, lens.size, 3).astype(np.float64))
+        cover += met
     return passes.picture(), (2 * cover >= spp).reshape(lens.size, lens.size)
 
 

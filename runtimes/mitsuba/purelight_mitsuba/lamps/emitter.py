@@ -11,8 +11,8 @@ import mitsuba as mi
 import numpy as np
 
 from purelight_format.errors import PureLightError
+from purelight_format.measures import Placement
 from purelight_mitsuba.lamps.luminaire import Luminaire, load
-from purelight_mitsuba.lamps.placement import Placement
 
 
 class BundleEmitter(mi.Emitter):
@@ -77,7 +77,7 @@ class BundleEmitter(mi.Emitter):
 
     def bbox(self) -> mi.ScalarBoundingBox3f:
         sphere = self.luminaire.sphere
-        centre = self.placement.to_world(np.array([sphere.center]))[0]
+        centre = self.placement.point_to_world(np.array([sphere.center]))[0]
         radius = self.placement.scale * sphere.radius
         return mi.ScalarBoundingBox3f(
             mi.ScalarPoint3f(centre - radius), mi.ScalarPoint3f(centre + radius)

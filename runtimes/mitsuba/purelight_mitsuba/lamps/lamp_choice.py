@@ -114,7 +114,7 @@ def _spheres(emitters: Sequence[PureLightEmitter]) -> np.ndarray:
     table = np.zeros((len(emitters), 4))
     for row, emitter in zip(table, emitters, strict=True):
         sphere, placement = emitter.luminaire.sphere, emitter.placement
-        row[:3] = placement.to_world(np.array([sphere.center]))[0]
+        row[:3] = placement.point_to_world(np.array([sphere.center]))[0]
         row[3] = (placement.scale * sphere.radius) ** 2
     return table
 

@@ -181,7 +181,7 @@ def _device(table: np.ndarray) -> mi.Float:
 
 
 def _scene(emitters: Sequence[PureLightEmitter], room: mi.Scene) -> mi.Scene:
-    positions = [e.placement.to_world(e.luminaire.surface.positions) for e in emitters]
+    positions = [e.placement.point_to_world(e.luminaire.surface.positions) for e in emitters]
     counts = np.cumsum([0, *map(len, positions)])
     faces = [
         e.luminaire.surface.triangles.astype(np.uint32) + np.uint32(first)
@@ -213,7 +213,7 @@ def _places(emitters: Sequence[PureLightEmitter], luminaires: list[Luminaire]) -
         placement, luminaire = emitter.placement, emitter.luminaire
         row[:3, :3], row[:3, 3] = placement.rotation, placement.translation
         row[3, :3] = placement.scale, emitter.level, luminaires.index(luminaire)
-        row[4, :3] = placement.to_world(np.array([luminaire.sphere.center]))[0]
+        row[4, :3] = placement.point_to_world(np.array([luminaire.sphere.center]))[0]
         row[4, 3] = placement.scale * luminaire.sphere.radius
     table[:, 3, 3] = _bits(table[:, 4, :3], table[:, 4, 3])
     return table

@@ -1,4 +1,8 @@
-"""The cap of directions in which a lamp's bounding sphere is seen (`purelight_format.measures`)."""
+"""The cap of directions in which a lamp's bounding sphere is seen, in Dr.Jit.
+
+Eqs. 1, 4 and 5 of spec/measures.md, independent of `purelight_format.measures` on purpose: a
+mistake in either shows where they are compared.
+"""
 
 from __future__ import annotations
 

@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from purelight_format.errors import PureLightError
-from purelight_mitsuba.lamps.placement import Placement
+from purelight_format.measures import Placement
 
 
 def matrix(linear: np.ndarray) -> np.ndarray:
@@ -25,7 +25,18 @@ def test_a_similarity_is_taken_apart(scale: float) -> None:
     assert found.scale == pytest.approx(scale)
     points = np.random.default_rng(0).normal(size=(5, 3))
     expected = points @ (scale * rotation).T + [1, 2, 3]
-    np.testing.assert_allclose(found.to_world(points), expected)
+    np.testing.assert_allclose(found.point_to_world(points), expected)
+    np.testing.assert_allclose(found.point_to_local(expected), points, atol=1e-12)
+    np.testing.assert_allclose(found.direction_to_world(points), points @ rotation.T, atol=1e-12)
+    np.testing.assert_allclose(found.direction_to_local(points @ rotation.T), points, atol=1e-12)
+
+
+def test_a_placement_calculates_in_its_type() -> None:
+    found = Placement.of(matrix(2 * np.eye(3)), "lamp", np.float32)
+    point = np.ones((2, 3), np.float32)
+    for moved in (found.point_to_local(point), found.point_to_world(point)):
+        assert moved.dtype == np.float32
+    np.testing.assert_array_equal(found.point_to_local(found.point_to_world(point)), point)
 
 
 @pytest.mark.parametrize(
