@@ -27,7 +27,7 @@ from purelight_mitsuba.lamps.luminaire import Luminaire, load  # noqa: E402
 from purelight_mitsuba.lamps.table import Hit, Lamps, Place  # noqa: E402
 from purelight_mitsuba.sampling.cap import Cap, cap, frame  # noqa: E402
 from purelight_mitsuba.translate.golden import evaluate, lanes, rows_of  # noqa: E402
-from purelight_mitsuba.transport.queries import Queries  # noqa: E402
+from purelight_mitsuba.transport.queries import ExitRay, Queries  # noqa: E402
 
 Arrays = dict[str, np.ndarray]
 Parameters = Mapping[str, Any]
@@ -137,13 +137,13 @@ class MitsubaHost:
         hit = Hit(
             valid=world.active, t=mi.Float(zero), lamp=zero, facet=zero, normal=mi.Normal3f(local)
         )
-        toward = -mi.Vector3f(outgoing)
-        return [world.queries.radiance(world.place, hit, position, toward, world.active)[0]]
+        ray = ExitRay.of(world.place, hit, position, -mi.Vector3f(outgoing))
+        return [world.queries.radiance(world.place, ray, world.active).value]
 
     def _instance_sample(self, given: Parameters, rows: int, point: Any, u: Any) -> list[Any]:
         world = self._world(given, rows)
-        toward, pdf, *_ = world.queries.aim(world.place, point, u, world.active)
-        return [toward, pdf]
+        aim = world.queries.aim(world.place, point, u, world.active)
+        return [aim.toward, aim.pdf_solid_angle]
 
     def _view(self, given: Parameters, rows: int, origin: Any, direction: Any) -> list[Any]:
         scene = self._world(given, rows).scene
@@ -155,19 +155,19 @@ class MitsubaHost:
 
     def _estimate(self, given: Parameters, rows: int, point: Any, normal: Any, u: Any) -> list[Any]:
         world = self._world(given, rows)
-        toward, _, weight, _ = world.queries.aim(world.place, point, u, world.active)
-        hit = world.lamps.intersect(mi.Ray3f(point, toward), world.active)
-        met = point + toward * hit.t
-        radiance, _ = world.queries.radiance(world.place, hit, met, toward, hit.valid)
+        aim = world.queries.aim(world.place, point, u, world.active)
+        toward, hit = aim.toward, world.lamps.intersect(mi.Ray3f(point, aim.toward), world.active)
+        ray = ExitRay.of(world.place, hit, point + toward * hit.t, toward)
+        radiance = world.queries.radiance(world.place, ray, hit.valid).value
         cosine = dr.maximum(dr.dot(toward, mi.Vector3f(normal)), 0)
-        return [dr.select(hit.valid, radiance * weight * cosine, 0)]
+        return [dr.select(hit.valid, radiance * aim.weight * cosine, 0)]
 
     def _map_estimate(
         self, given: Parameters, rows: int, point: Any, normal: Any, u: Any
     ) -> list[Any]:
         world = self._world(given, rows, fast=True)
-        toward, _, weight, _ = world.queries.aim(world.place, point, u, world.active)
-        return [weight * dr.maximum(dr.dot(toward, mi.Vector3f(normal)), 0)]
+        aim = world.queries.aim(world.place, point, u, world.active)
+        return [aim.weight * dr.maximum(dr.dot(aim.toward, mi.Vector3f(normal)), 0)]
 
 
 def _view_of(given: Parameters, point: Any) -> Cap:

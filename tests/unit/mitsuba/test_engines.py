@@ -20,9 +20,10 @@ from purelight_mitsuba.lamps.luminaire import load
 from purelight_mitsuba.transport import (
     answers,
     batched_maps,
+    fused,
     integrator,
-    paths,
     queries,
+    queue,
     queued,
     scene_parts,
 )
@@ -83,7 +84,7 @@ def test_without_roulette_of_shadow_rays_the_mean_is_the_same(
     scene: mi.Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     few = passes(scene, ours(), 32)
-    monkeypatch.setattr(paths, "ROULETTE", 1e9)
+    monkeypatch.setattr(queued, "ROULETTE", 1e9)
     agree(few, passes(scene, ours(), 32, first=100))
 
 
@@ -94,8 +95,8 @@ def test_a_queue_that_is_too_small_loses_nothing(
 ) -> None:
     spp = 8 if capacity > 1000 else 1
     whole = render(scene, spp, mode=mode)
-    emptied = count_calls(monkeypatch, queued.Queue, "take")
-    monkeypatch.setattr(queued, "CAPACITY", capacity)
+    emptied = count_calls(monkeypatch, queue.Queue, "take")
+    monkeypatch.setattr(queue, "CAPACITY", capacity)
     np.testing.assert_allclose(render(scene, spp, mode=mode), whole, rtol=1e-4, atol=1e-5)
     assert len(emptied) > 2
 
@@ -130,8 +131,8 @@ def test_values_of_both_engines_are_those_of_onnx_runtime(bundle: Path) -> None:
     expected = Luminaire.open(bundle).radiance(position.T, away.T, away.T)
     scale = expected.mean()
     for evaluate in (answers._compiled, answers._batched):
-        surface = (mi.Point3f(position), mi.Normal3f(away), mi.Vector3f(away))
-        found = np.array(evaluate(luminaire, surface)).T
+        ray = queries.ExitRay(mi.Point3f(position), mi.Normal3f(away), mi.Vector3f(away))
+        found = np.array(evaluate(luminaire, ray)).T
         assert np.abs(np.log1p(found / scale) - np.log1p(expected / scale)).max() < 1e-4
 
 
@@ -150,7 +151,7 @@ def count_calls(monkeypatch: pytest.MonkeyPatch, owner: Any, name: str) -> list[
 def test_passes_leave_one_film(scene: mi.Scene, monkeypatch: pytest.MonkeyPatch) -> None:
     sensor = scene.sensors()[0]
     usual = sensor.sampler().sample_count()
-    monkeypatch.setattr(integrator, "LANES", 3 * 32 * 32)
+    monkeypatch.setattr(queued.Queued, "lanes", 3 * 32 * 32)
     picture = mi.render(scene, integrator=mi.load_dict(ours()), spp=0, seed=2)
     assert sensor.sampler().sample_count() == usual
     developed = sensor.film().develop()
@@ -187,12 +188,15 @@ def test_spoilt_answers_are_counted_in_shadow_rays(tmp_path: Path) -> None:
 
 
 def test_auto_queues_what_costs_more(scene: mi.Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    def chosen(integrator: Any) -> type:
+        return type(integrator.prepare(scene).engine)
+
     made = mi.load_dict(ours("auto"))
-    assert made.prepare(scene).later is None
+    assert chosen(made) is fused.Fused
     monkeypatch.setattr(scene_parts, "LEAST_QUEUED", 1000)
-    assert mi.load_dict(ours("auto")).prepare(scene).later is not None
+    assert chosen(mi.load_dict(ours("auto"))) is queued.Queued
     made.engine = "queued"
-    assert made.prepare(scene).later is not None
+    assert chosen(made) is queued.Queued
 
 
 def test_unknown_engine() -> None:

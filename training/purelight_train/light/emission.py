@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
 
 import drjit as dr
 import mitsuba as mi
@@ -17,6 +16,20 @@ LEAST_PILOT_RAYS = 64
 UNIFORM_SHARE = 0.01  # keeps emitters that the pilot misjudged
 
 
+@dataclass
+class Emitted:
+    """The beginning of a path.
+
+    Arguments:
+        weight: W per channel: emitted radiance times cosine over the probability density of what
+            was drawn.
+    """
+
+    ray: mi.Ray3f
+    emitter: mi.EmitterPtr
+    weight: mi.Color3f
+
+
 @dataclass(frozen=True)
 class Emission:
     """The emitters of a scene and the probability with which a path begins at each.
@@ -27,12 +40,12 @@ class Emission:
         probability: [E], sums to one.
     """
 
-    emitters: Any
-    extent: Any
+    emitters: mi.EmitterPtr
+    extent: mi.Float
     probability: NDArray[np.float64]
 
     @staticmethod
-    def of(scene: Any, extent: Any) -> Emission:
+    def of(scene: mi.Scene, extent: mi.Float) -> Emission:
         """Emitters in proportion to their power, which a pilot measures that joins no result.
 
         An area light of one radiance gives every pilot ray the same weight, so that its power,
@@ -51,7 +64,7 @@ class Emission:
         emitter = dr.gather(
             mi.EmitterPtr, self.emitters, dr.arange(mi.UInt32, count * rays) // rays
         )
-        weight = np.array(self._ray(emitter, sampler)[1], np.float64)
+        weight = np.array(self._emit(emitter, sampler).weight, np.float64)
         return np.where(np.isfinite(weight), weight, 0).reshape(3, count, rays).mean(2).T
 
     def brightest(self) -> NDArray[np.float64]:
@@ -72,21 +85,16 @@ class Emission:
         value = dr.select(area_light, emitter.eval(si, area_light), dr.inf)
         return np.array(dr.max(value, axis=1), np.float64).reshape(3)
 
-    def sample(self, sampler: Any) -> tuple[Any, Any, Any]:
-        """Begin one path a lane.
-
-        Returns:
-            ray, its emitter, and its weight in W per channel: emitted radiance times cosine over
-            the probability density of emitter, point and direction.
-        """
+    def sample(self, sampler: mi.Sampler) -> Emitted:
+        """Begin one path a lane: draw emitter, point and direction."""
         choice = mi.DiscreteDistribution(mi.Float(self.probability.astype(np.float32)))
         index, probability = choice.sample_pmf(sampler.next_1d())
         emitter = dr.gather(mi.EmitterPtr, self.emitters, index)
-        ray, weight = self._ray(emitter, sampler)
-        return ray, emitter, weight / probability
+        emitted = self._emit(emitter, sampler)
+        return replace(emitted, weight=emitted.weight / probability)
 
-    def _ray(self, emitter: Any, sampler: Any) -> tuple[Any, Any]:
-        """A ray of given emitters and its weight.
+    def _emit(self, emitter: mi.EmitterPtr, sampler: mi.Sampler) -> Emitted:
+        """Draw point and direction for given emitters.
 
         Area lights are sampled by area and cosine here, not by `sample_ray`: that lifts rays off
         as `spawn_ray` does (see `rays.leave`), and maps textures onto shapes by inverting UVs,
@@ -105,7 +113,7 @@ class Emission:
                 mi.Float(0), sampler.next_1d(), position, direction, ~area_light
             )
             ray, weight = dr.select(area_light, ray, other), dr.select(area_light, weight, value)
-        return ray, weight
+        return Emitted(ray, emitter, weight)
 
 
 def _probability(power: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -39,7 +39,7 @@ class Hits:
     front: NDArray[np.bool_]
 
 
-def mitsuba_mesh(positions: Float, triangles: NDArray[np.uint32]) -> Any:
+def mitsuba_mesh(positions: Float, triangles: NDArray[np.uint32]) -> mi.Mesh:
     """A Mitsuba mesh with face normals from positions [V, 3] and triangles [T, 3]."""
     props = mi.Properties()
     props["face_normals"] = True
@@ -84,7 +84,7 @@ class ExitSurface:
         return bounding_sphere(self.positions)
 
     @cached_property
-    def scene(self) -> Any:
+    def scene(self) -> mi.Scene:
         return mi.load_dict(
             {"type": "scene", "surface": mitsuba_mesh(self.positions, self.triangles)}
         )

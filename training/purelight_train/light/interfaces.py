@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import drjit as dr
 import mitsuba as mi
 import numpy as np
@@ -19,7 +17,7 @@ class Interfaces:
             where nothing is refracted.
     """
 
-    def __init__(self, scene: Any) -> None:
+    def __init__(self, scene: mi.Scene) -> None:
         bsdfs = scene.shapes_dr().bsdf()
         index = [int(i) for i in dr.reinterpret_array(mi.UInt32, bsdfs)]
         table = np.ones(max(index) + 1, np.float32)
@@ -27,17 +25,17 @@ class Interfaces:
             table[i] = relative_index(bsdf)
         self.eta = mi.Float(table)
 
-    def behind(self, bsdf: Any, active: Any) -> Any:
+    def behind(self, bsdf: mi.BSDFPtr, active: mi.Bool) -> mi.Float:
         """Index behind the surface over that before it."""
         return dr.gather(mi.Float, self.eta, dr.reinterpret_array(mi.UInt32, bsdf), active)
 
-    def relative(self, bsdf: Any, si: Any, active: Any) -> Any:
+    def relative(self, bsdf: mi.BSDFPtr, si: mi.SurfaceInteraction3f, active: mi.Bool) -> mi.Float:
         """Index on the far side of the surface over that on the side of si.wi."""
         eta = self.behind(bsdf, active)
         return dr.select(mi.Frame3f.cos_theta(si.wi) >= 0, eta, dr.rcp(eta))
 
 
-def relative_index(bsdf: Any) -> float:
+def relative_index(bsdf: mi.BSDF) -> float:
     """Index behind a material over that before it, from light that falls in at right angles."""
     si = dr.zeros(mi.SurfaceInteraction3f, PROBES)
     si.wi = mi.Vector3f(0, 0, 1)

@@ -26,13 +26,13 @@ from purelight_train.light.exit_surface import ExitSurface
 from purelight_train.light.look_back import LookBack
 from purelight_train.light.media import Media
 from purelight_train.light.rays import leave, scene_extent
-from purelight_train.light.scattering import Materials
+from purelight_train.light.scattering import Materials, Scattered
 
 MAX_DEPTH = 256
 MAX_EVENTS = 1 << 14  # surfaces and collisions with media together
 ROULETTE_DEPTH = 8
 BATCH = 1 << 20
-Visit = Callable[[Any, Any, Any, Any, Any], tuple[Any, Any, Any]]
+Visit = Callable[..., Scattered]  # as `Lamp.scatter`
 ABSORBED, ESCAPED, BROKEN, CUT = range(4)  # fates of a path; broken: a value not finite
 
 
@@ -45,7 +45,7 @@ class Lamp:
         surface: whose crossings are recorded besides the light that escapes; none without.
     """
 
-    def __init__(self, scene: Any, surface: ExitSurface | None = None) -> None:
+    def __init__(self, scene: mi.Scene, surface: ExitSurface | None = None) -> None:
         self.scene = scene
         self.extent = dr.opaque(mi.Float, scene_extent(scene))
         self.emission = Emission.of(scene, self.extent)
@@ -55,9 +55,10 @@ class Lamp:
         self.look_back: Any = LookBack(surface, scene) if surface is not None and concave else None
 
     def scatter(
-        self, si: Any, ray: Any, weight: Any, sampler: Any, active: Any
-    ) -> tuple[Any, Any, Any]:
-        """`Materials.scatter`: direction, factor on the weight, whether the event was sharp."""
+        self, si: mi.SurfaceInteraction3f, ray: mi.Ray3f, weight: mi.Color3f, sampler: mi.Sampler,
+        active: mi.Bool,
+    ) -> Scattered:  # fmt: skip
+        """`Materials.scatter`, whatever the weight is."""
         return self.materials.scatter(si, ray, sampler, active)
 
 
@@ -94,7 +95,7 @@ class Crossing:
     free: mi.Float
     total: mi.Float
 
-    def offer(self, other: Exit, free: Any, u: Any, active: Any) -> Crossing:
+    def offer(self, other: Exit, free: mi.Float, u: mi.Float, active: mi.Bool) -> Crossing:
         """Take another crossing into account, by a uniform number."""
         power = dr.select(active, dr.sum(other.weight), 0)
         total = self.total + power
@@ -125,21 +126,21 @@ class Traced:
 
 
 @dr.syntax
-def trace_paths(lamp: Lamp, sampler: Any, visit: Visit | None = None) -> Traced:
+def trace_paths(lamp: Lamp, sampler: mi.Sampler, visit: Visit | None = None) -> Traced:
     """One wavefront of paths from the emitters.
 
     Arguments:
         visit: scatters light at a surface, in place of `Lamp.scatter`.
     """
     visit = visit or lamp.scatter
-    ray, emitter, weight = lamp.emission.sample(sampler)
-    emitted = dr.max(weight)
-    medium = lamp.media.around(emitter)
+    start = lamp.emission.sample(sampler)
+    ray, emitted = start.ray, dr.max(start.weight)
+    medium = lamp.media.around(start.emitter)
     nowhere, depth, events = dr.zeros(mi.Normal3f), mi.UInt32(0), mi.UInt32(0)
-    last = Exit(mi.Point3f(ray.o), nowhere, nowhere, mi.Vector3f(ray.d), weight, depth)
+    last = Exit(mi.Point3f(ray.o), nowhere, nowhere, mi.Vector3f(ray.d), start.weight, depth)
     crossing = Crossing(dr.zeros(Exit), mi.Float(0), mi.Float(0))
     fate = dr.select(dr.isfinite(emitted), mi.UInt32(ABSORBED), BROKEN)
-    sharp = emitter.get_shape() == dr.zeros(mi.ShapePtr)
+    sharp = start.emitter.get_shape() == dr.zeros(mi.ShapePtr)
     needle = mi.Bool(sharp)
     active = emitted > 0
     while active:
@@ -153,20 +154,20 @@ def trace_paths(lamp: Lamp, sampler: Any, visit: Visit | None = None) -> Traced:
             seen = lamp.look_back(last.position, last.direction, 0.5 * si.t, met)
             crossing = crossing.offer(last, si.t, sampler.next_1d(seen), seen)
         # A surface: scatter, and remember it as the exit so far
-        direction, factor, event = visit(si, ray, last.weight, sampler, met)
-        sharp = dr.select(met, event, sharp | flight.collided)
-        needle &= (~met | event) & ~flight.collided
-        weight = last.weight * factor
-        left = Exit(si.p, si.n, si.sh_frame.n, direction, weight, last.depth + 1)
+        event = visit(si, ray, last.weight, sampler, met)
+        sharp = dr.select(met, event.sharp, sharp | flight.collided)
+        needle &= (~met | event.sharp) & ~flight.collided
+        weight = last.weight * event.factor
+        left = Exit(si.p, si.n, si.sh_frame.n, event.direction, weight, last.depth + 1)
         last = dr.select(met, left, last)
-        medium = lamp.media.behind(si, direction, medium, met)
-        next_ray = leave(si.p, si.n, direction, lamp.extent)
+        medium = lamp.media.behind(si, event.direction, medium, met)
+        next_ray = leave(si.p, si.n, event.direction, lamp.extent)
         # A collision with a medium: scatter, or pass on
         if dr.hint(lamp.media.present, mode="scalar"):
-            turned, changed, _ = lamp.media.scatter(medium, flight, sampler)
-            last.weight = dr.select(flight.collided, changed, last.weight)
-            last.direction = dr.select(flight.collided, turned, last.direction)
-            onward = mi.Ray3f(flight.interaction.p, turned)
+            collision = lamp.media.scatter(medium, flight, sampler)
+            last.weight = dr.select(flight.collided, collision.weight, last.weight)
+            last.direction = dr.select(flight.collided, collision.direction, last.direction)
+            onward = mi.Ray3f(flight.interaction.p, collision.direction)
             next_ray = dr.select(flight.collided, onward, next_ray)
         active &= met | flight.collided
         sound = dr.all(dr.isfinite(last.weight)) & (
@@ -188,7 +189,7 @@ def trace_paths(lamp: Lamp, sampler: Any, visit: Visit | None = None) -> Traced:
 
 
 def trace_records(
-    scene: Any,
+    scene: mi.Scene,
     paths: int,
     seed: int,
     progress: Callable[[int], None] = lambda _: None,
@@ -263,11 +264,11 @@ def _trace_batch(lamp: Lamp, seed: int) -> ExitRecords:
     )  # fmt: skip
 
 
-def _records(exit: Exit, free: Any, active: Any) -> ExitRecords:
+def _records(exit: Exit, free: mi.Float, active: mi.Bool) -> ExitRecords:
     """The active lanes as records, their normals turned to the side that the light leaves from."""
     index = dr.compress(active)
 
-    def column(value: Any) -> np.ndarray:
+    def column(value: mi.Point3f | mi.Color3f) -> np.ndarray:
         if dr.width(index) == 0:
             return np.zeros((0, 3), np.float32)
         return np.ascontiguousarray(np.array(dr.gather(type(value), value, index)).T)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import drjit as dr
 import mitsuba as mi
 import numpy as np
@@ -20,7 +18,7 @@ class LookBack:
         room: the lamp's scene, which CUDA needs to share its ray-tracing pipeline.
     """
 
-    def __init__(self, surface: ExitSurface, room: Any) -> None:
+    def __init__(self, surface: ExitSurface, room: mi.Scene) -> None:
         content = {"type": "scene", "surface": mitsuba_mesh(surface.positions, surface.triangles)}
         if mi.variant().startswith("cuda"):
             content["room"] = room
@@ -29,7 +27,9 @@ class LookBack:
         table = np.column_stack([surface.outward_normals(), surface.two_sided])
         self._outward = mi.Float(table.astype(np.float32).ravel())
 
-    def __call__(self, position: Any, direction: Any, reach: Any, active: Any) -> Any:
+    def __call__(
+        self, position: mi.Point3f, direction: mi.Vector3f, reach: mi.Float, active: mi.Bool
+    ) -> mi.Bool:
         """Whether who looks back along light, `reach` metres ahead of a position, meets it there.
 
         The inner side of a wall does not count: only glass and hollows see it.

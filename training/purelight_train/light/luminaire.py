@@ -33,7 +33,7 @@ class Luminaire:
     """
 
     path: Path
-    scene: Any
+    scene: mi.Scene
     exit_surface: ExitSurface
     digest: str
     index: float = 1.0
@@ -55,7 +55,7 @@ def load_luminaire(path: str | Path, seed: int = 0) -> Luminaire:
     return Luminaire(path, scene, surface, scene_digest(path), exit_index(scene, surface))
 
 
-def exit_index(scene: Any, surface: ExitSurface) -> float:
+def exit_index(scene: mi.Scene, surface: ExitSurface) -> float:
     """The refractive index that rays from outside meet most often, of those that refract."""
     origin, direction = inward_rays(surface.sphere, 1 << 14, np.random.default_rng(0), cosine=True)
     si = scene.ray_intersect(mi.Ray3f(mi.Point3f(origin.T), mi.Vector3f(direction.T)))
@@ -75,7 +75,7 @@ def scene_digest(path: Path) -> str:
     return digest.hexdigest()
 
 
-def _load_scene(path: Path) -> Any:
+def _load_scene(path: Path) -> mi.Scene:
     if not path.is_file():
         raise PureLightError(f"{path}: no such file; give a Mitsuba 3 scene (.xml) of a lamp")
     try:
@@ -88,7 +88,7 @@ def _load_scene(path: Path) -> Any:
     return scene
 
 
-def _check_emitters(path: Path, scene: Any) -> None:
+def _check_emitters(path: Path, scene: mi.Scene) -> None:
     if not scene.emitters():
         raise PureLightError(f"{path}: the scene has no emitter; add one to the lamp's filament")
     infinite = mi.EmitterFlags.Infinite | mi.EmitterFlags.DeltaDirection
@@ -107,7 +107,7 @@ def _check_emitters(path: Path, scene: Any) -> None:
             )
 
 
-def _check_glass(scene: Any, surface: ExitSurface) -> None:
+def _check_glass(scene: mi.Scene, surface: ExitSurface) -> None:
     """Warn of glass that shows its back to the outside, where it should begin."""
     shapes = scene.shapes_dr()
     glass = [
@@ -134,7 +134,7 @@ def _check_glass(scene: Any, surface: ExitSurface) -> None:
 
 
 def scene_triangles(
-    scene: Any,
+    scene: mi.Scene,
 ) -> tuple[NDArray[np.float32], NDArray[np.uint32], NDArray[np.float32]]:
     """All shapes of the scene as one triangle soup.
 
@@ -159,7 +159,9 @@ def scene_triangles(
 Part = tuple[NDArray[Any], NDArray[Any], NDArray[Any] | None]
 
 
-def _bent_normals(shape: Any, vertices: NDArray[Any], faces: NDArray[Any]) -> NDArray[Any] | None:
+def _bent_normals(
+    shape: mi.Mesh, vertices: NDArray[Any], faces: NDArray[Any]
+) -> NDArray[Any] | None:
     """Normals of a mesh's vertices [V, 3]; None where none bends over facets, as a cube's."""
     if not shape.has_vertex_normals() or shape.has_face_normals():
         return None
@@ -171,7 +173,7 @@ def _bent_normals(shape: Any, vertices: NDArray[Any], faces: NDArray[Any]) -> ND
     return normals if bent.any() else None
 
 
-def _mesh(shape: Any) -> Part:
+def _mesh(shape: mi.Shape) -> Part:
     """Vertices, faces and normals of the vertices, None where they are flat."""
     parameters, kind = mi.traverse(shape), mi.ShapeType(shape.shape_type()).name
     if "vertex_positions" in parameters:  # rectangles call themselves meshes, without any

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import drjit as dr
 import mitsuba as mi
@@ -21,9 +20,24 @@ class Flight:
         interaction: where, with the coefficients there.
     """
 
-    weight: Any
-    collided: Any
-    interaction: Any
+    weight: mi.Color3f
+    collided: mi.Bool
+    interaction: mi.MediumInteraction3f
+
+
+@dataclass(frozen=True)
+class Collision:
+    """What became of light that collided with a medium.
+
+    Arguments:
+        direction: unit vector, in which it goes on.
+        weight: path weight after it.
+        scattered: whether it was; otherwise it passed on.
+    """
+
+    direction: mi.Vector3f
+    weight: mi.Color3f
+    scattered: mi.Bool
 
 
 class Media:
@@ -38,7 +52,7 @@ class Media:
         closed_form: by a medium's registry index, whether it attenuates in closed form.
     """
 
-    def __init__(self, scene: Any, *, scattering: bool) -> None:
+    def __init__(self, scene: mi.Scene, *, scattering: bool) -> None:
         found = [m for m in _media(scene) if m is not None]
         self.present = bool(found)
         pointers = mi.MediumPtr(found) if found else dr.zeros(mi.MediumPtr)
@@ -48,21 +62,26 @@ class Media:
             table[i] = medium.is_homogeneous() and not (scattering and _scatters(medium))
         self.closed_form = mi.Bool(table)
 
-    def behind(self, si: Any, direction: Any, medium: Any, active: Any) -> Any:
+    def behind(
+        self, si: mi.SurfaceInteraction3f, direction: mi.Vector3f, medium: mi.MediumPtr,
+        active: mi.Bool,
+    ) -> mi.MediumPtr:  # fmt: skip
         """The medium that a ray leaving a surface enters; the present one off boundaries."""
         if not self.present:
             return medium
         return dr.select(active & si.is_medium_transition(), si.target_medium(direction), medium)
 
-    def around(self, emitter: Any) -> Any:
+    def around(self, emitter: mi.EmitterPtr) -> mi.MediumPtr:
         """The medium that emitters shine into."""
         if not self.present:
             return dr.zeros(mi.MediumPtr)
         own, nothing = emitter.get_medium(), dr.zeros(mi.MediumPtr)
         return dr.select(own != nothing, own, emitter.get_shape().exterior_medium())
 
-    def fly(self, medium: Any, ray: Any, distance: Any, weight: Any, sampler: Any, active: Any
-            ) -> Flight:  # fmt: skip
+    def fly(
+        self, medium: mi.MediumPtr, ray: mi.Ray3f, distance: mi.Float, weight: mi.Color3f,
+        sampler: mi.Sampler, active: mi.Bool,
+    ) -> Flight:  # fmt: skip
         """Fly to the surface at `distance`, or to a collision before it.
 
         The channel that chooses the distance is drawn in proportion to the weight, and the weight
@@ -91,13 +110,10 @@ class Media:
         weight = dr.select(random, weight * transmittance / density, weight)
         return Flight(dr.select(closed, weight * absorbed, weight), collided, mei)
 
-    def scatter(self, medium: Any, flight: Flight, sampler: Any) -> tuple[Any, Any, Any]:
+    def scatter(self, medium: mi.MediumPtr, flight: Flight, sampler: mi.Sampler) -> Collision:
         """Decide what a collision is: scattered light, or nothing (heterogeneous media).
 
         Absorption lowers the weight in both cases.
-
-        Returns:
-            new direction and weight, and whether it was scattered.
         """
         mei, active = flight.interaction, flight.collided
         real = dr.sum(flight.weight * mei.sigma_s)
@@ -110,17 +126,17 @@ class Media:
             context, mei, sampler.next_1d(scattered), sampler.next_2d(scattered), scattered
         )
         turned = dr.select(scattered, direction, -mei.wi)
-        return turned, dr.select(scattered, weight * value, weight), scattered
+        return Collision(turned, dr.select(scattered, weight * value, weight), scattered)
 
 
-def _media(scene: Any) -> list[Any]:
+def _media(scene: mi.Scene) -> list[mi.Medium | None]:
     shapes, emitters = scene.shapes_dr(), scene.emitters_dr()
     return [
         *shapes.interior_medium(), *shapes.exterior_medium(), *emitters.get_medium(),
     ]  # fmt: skip
 
 
-def _scatters(medium: Any) -> bool:
+def _scatters(medium: mi.Medium) -> bool:
     """Whether a medium's albedo is above zero anywhere."""
     return any(
         bool(dr.any(value > 0, axis=None))

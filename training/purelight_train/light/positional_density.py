@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import drjit as dr
 import mitsuba as mi
@@ -65,7 +64,7 @@ class NeighbourSum:
         return result
 
     @dr.syntax
-    def _sum(self, point: Any, normal: Any) -> Any:
+    def _sum(self, point: mi.Point3f, normal: mi.Normal3f) -> mi.Color3f:
         cell = mi.Vector3i((point - mi.ScalarPoint3f(*map(float, self.low))) / float(self.cell))
         nx, ny, nz = (int(n) for n in self.shape)
         x0 = dr.clip(cell.x - 1, 0, nx - 1)

@@ -2,12 +2,28 @@
 
 from __future__ import annotations
 
-from typing import Any
+from dataclasses import dataclass
 
 import drjit as dr
 import mitsuba as mi
 
 FLAT = 1e-8  # squared distance of unit normals that are the same
+
+
+@dataclass
+class Scattered:
+    """Light that leaves a surface.
+
+    Arguments:
+        direction: unit vector.
+        factor: on the path's weight.
+        sharp: whether the event was perfectly smooth or at a null surface, without a finite density
+            that `Materials.towards` could give.
+    """
+
+    direction: mi.Vector3f
+    factor: mi.Color3f
+    sharp: mi.Bool
 
 
 class Materials:
@@ -21,7 +37,7 @@ class Materials:
         mapped: by a material's registry index, whether it has.
     """
 
-    def __init__(self, scene: Any) -> None:
+    def __init__(self, scene: mi.Scene) -> None:
         bsdfs = scene.shapes_dr().bsdf()
         index = [int(i) for i in dr.reinterpret_array(mi.UInt32, bsdfs)]
         table = [False] * (max(index) + 1)
@@ -29,15 +45,13 @@ class Materials:
             table[i] = any(name in str(bsdf) for name in ("BumpMap", "NormalMap"))
         self.maps, self.mapped = any(table), mi.Bool(table)
 
-    def scatter(self, si: Any, ray: Any, sampler: Any, active: Any) -> tuple[Any, Any, Any]:
+    def scatter(
+        self, si: mi.SurfaceInteraction3f, ray: mi.Ray3f, sampler: mi.Sampler, active: mi.Bool
+    ) -> Scattered:
         """Sample the direction in which light that came along a ray leaves the surface it met.
 
         Light carries importance, so dielectrics conserve its power without an eta² factor.
         Shading normals are corrected for (Veach 1997, p. 155), as in Mitsuba's `ptracer`.
-
-        Returns:
-            direction, factor on the path's weight, and whether the event was sharp: perfectly
-            smooth or a null surface, without a finite density that `towards` could give.
         """
         bsdf, context = si.bsdf(ray), mi.BSDFContext(mi.TransportMode.Importance)
         sample, value = bsdf.sample(
@@ -57,9 +71,11 @@ class Materials:
             factor = dr.select(mapped, dr.select(same_side, seen, 0), factor)
         null = mi.has_flag(sample.sampled_type, mi.BSDFFlags.Null)
         sharp = mi.has_flag(sample.sampled_type, mi.BSDFFlags.Delta)
-        return direction, dr.select(null, value, factor), sharp
+        return Scattered(direction, dr.select(null, value, factor), sharp)
 
-    def towards(self, si: Any, ray: Any, direction: Any, active: Any) -> Any:
+    def towards(
+        self, si: mi.SurfaceInteraction3f, ray: mi.Ray3f, direction: mi.Vector3f, active: mi.Bool
+    ) -> mi.Color3f:
         """Part of the light a surface met that it scatters into a direction, per sr.
 
         Sharp events are left out; otherwise the mean of `scatter`, whose arguments these are.
@@ -79,13 +95,16 @@ class Materials:
             value = dr.select(mapped, seen, value)
         return dr.select(active, value, 0)
 
-    def _mapped(self, bsdf: Any, active: Any) -> Any:
+    def _mapped(self, bsdf: mi.BSDFPtr, active: mi.Bool) -> mi.Bool:
         return active & dr.gather(
             mi.Bool, self.mapped, dr.reinterpret_array(mi.UInt32, bsdf), active
         )
 
 
-def _seen(bsdf: Any, si: Any, sample: Any, value: Any, active: Any) -> Any:
+def _seen(
+    bsdf: mi.BSDFPtr, si: mi.SurfaceInteraction3f, sample: mi.BSDFSample3f, value: mi.Color3f,
+    active: mi.Bool,
+) -> mi.Color3f:  # fmt: skip
     """What a camera sees along the sampled path the other way, f*(i, o) = f(o, i).
 
     Returns:
@@ -101,7 +120,9 @@ def _seen(bsdf: Any, si: Any, sample: Any, value: Any, active: Any) -> Any:
     return dr.select(delta, value * tilt, dr.select(pdf > 0, seen / pdf, 0))
 
 
-def _eval_camera(bsdf: Any, si: Any, outgoing: Any, active: Any) -> Any:
+def _eval_camera(
+    bsdf: mi.BSDFPtr, si: mi.SurfaceInteraction3f, outgoing: mi.Vector3f, active: mi.Bool
+) -> mi.Color3f:
     """BSDF towards a camera at `outgoing` times cosine of incidence from si.wi."""
     camera = mi.SurfaceInteraction3f(si)
     camera.wi = outgoing

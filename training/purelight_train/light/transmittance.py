@@ -15,7 +15,6 @@ What the first surface reflects is no transmission, whatever becomes of it.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import drjit as dr
 import mitsuba as mi
@@ -36,7 +35,7 @@ STRAIGHT = 0b110_0001  # mi.BSDFFlags.Null | DeltaReflection | DeltaTransmission
 class Materials:
     """What lines through a scene need of it. Not a dataclass, see `light_tracing.Lamp`."""
 
-    def __init__(self, scene: Any) -> None:
+    def __init__(self, scene: mi.Scene) -> None:
         self.scene = scene
         self.extent = dr.opaque(mi.Float, scene_extent(scene))
         self.media = Media(scene, scattering=True)
@@ -55,20 +54,20 @@ class Light:
         scattered: whether it has left the line.
     """
 
-    weight: Any
-    forward: Any
-    direction: Any
-    mirror: Any
-    scattered: Any
+    weight: mi.Color3f
+    forward: mi.Bool
+    direction: mi.Vector3f
+    mirror: mi.Normal3f
+    scattered: mi.Bool
 
-    def along(self, line: Any) -> Any:
+    def along(self, line: mi.Vector3f) -> mi.Vector3f:
         """The direction in which its next surface is looked for."""
         on_line = dr.select(self.forward, line, -line)
         return dr.select(self.scattered, self.direction, on_line)
 
 
 @dr.syntax
-def _transmitted(lamp: Materials, ray: Any, sampler: Any) -> Any:
+def _transmitted(lamp: Materials, ray: mi.Ray3f, sampler: mi.Sampler) -> mi.Color3f:
     line, medium = mi.Vector3f(ray.d), dr.zeros(mi.MediumPtr)
     light = Light(
         mi.Color3f(1), mi.Bool(True), mi.Vector3f(ray.d), dr.zeros(mi.Normal3f), mi.Bool(False)
@@ -85,11 +84,11 @@ def _transmitted(lamp: Materials, ray: Any, sampler: Any) -> Any:
         ray = dr.select(met, leave(si.p, si.n, onward, lamp.extent), ray)
         depth = dr.select(met, depth + 1, depth)
         if dr.hint(lamp.media.present, mode="scalar"):
-            turned, changed, scattered = lamp.media.scatter(medium, flight, sampler)
-            light.weight = dr.select(flight.collided, changed, light.weight)
-            light.direction = dr.select(scattered, turned, light.direction)
-            light.scattered |= scattered
-            ray = dr.select(flight.collided, mi.Ray3f(flight.interaction.p, turned), ray)
+            event = lamp.media.scatter(medium, flight, sampler)
+            light.weight = dr.select(flight.collided, event.weight, light.weight)
+            light.direction = dr.select(event.scattered, event.direction, light.direction)
+            light.scattered |= event.scattered
+            ray = dr.select(flight.collided, mi.Ray3f(flight.interaction.p, event.direction), ray)
         events += 1
         active &= (met | flight.collided) & (dr.max(light.weight) > 0)
         active &= (depth < MAX_DEPTH) & (events < MAX_EVENTS)
@@ -99,8 +98,9 @@ def _transmitted(lamp: Materials, ray: Any, sampler: Any) -> Any:
 
 
 def _fly(
-    lamp: Materials, light: Light, medium: Any, ray: Any, si: Any, sampler: Any, active: Any
-) -> Flight:
+    lamp: Materials, light: Light, medium: mi.MediumPtr, ray: mi.Ray3f,
+    si: mi.SurfaceInteraction3f, sampler: mi.Sampler, active: mi.Bool,
+) -> Flight:  # fmt: skip
     """Fly to the next surface on the line; as far through a medium as the light really goes."""
     if not lamp.media.present:
         return lamp.media.fly(medium, ray, si.t, light.weight, sampler, active)
@@ -112,8 +112,9 @@ def _fly(
 
 
 def _cross(
-    lamp: Materials, light: Light, line: Any, si: Any, first: Any, sampler: Any, active: Any
-) -> Light:
+    lamp: Materials, light: Light, line: mi.Vector3f, si: mi.SurfaceInteraction3f,
+    first: mi.Bool, sampler: mi.Sampler, active: mi.Bool,
+) -> Light:  # fmt: skip
     """Sample what becomes of light that meets a surface, `first` if it is the first one."""
     bsdf, context = si.bsdf(), mi.BSDFContext(mi.TransportMode.Importance)
     eta = lamp.interfaces.relative(bsdf, si, active)
@@ -146,7 +147,7 @@ def _cross(
     )
 
 
-def _refracted(direction: Any, eta: Any) -> Any:
+def _refracted(direction: mi.Vector3f, eta: mi.Float) -> mi.Vector3f:
     """Direction in a medium of index eta, of light that has `direction` in one of index 1.
 
     Snell's law about the z axis; media of an index below one leave it as it is.
@@ -157,7 +158,7 @@ def _refracted(direction: Any, eta: Any) -> Any:
 
 
 def transmittance_samples(
-    scene: Any, origin: NDArray[np.float32], direction: NDArray[np.float32], seed: int
+    scene: mi.Scene, origin: NDArray[np.float32], direction: NDArray[np.float32], seed: int
 ) -> NDArray[np.float32]:
     """A random transmittance of each line, whose mean is the line's: [N, 3], [N, 3] -> [N, 3].
 

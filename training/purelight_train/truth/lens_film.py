@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import drjit as dr
 import mitsuba as mi
@@ -27,12 +26,14 @@ class LensFilm:
         self.sums = dr.zeros(mi.Float, 3 * lens.size**2)
         dr.make_opaque(self.sums)
 
-    def point(self, u: Any) -> Any:
+    def point(self, u: mi.Point2f) -> mi.Point3f:
         """A point of the lens, uniform by area, from uniforms in the unit square."""
         disk = mi.warp.square_to_uniform_disk_concentric(u) * self.lens.camera.lens_radius
         return self.position + disk.x * self.right + disk.y * self.up
 
-    def join(self, target: Any, source: Any, intensity: Any, active: Any) -> None:
+    def join(
+        self, target: mi.Point3f, source: mi.Point3f, intensity: mi.Color3f, active: mi.Bool
+    ) -> None:
         """Light of a radiant intensity in W/sr at `source`, towards a random `target`."""
         offset = target - source
         square = dr.squared_norm(offset)
@@ -40,7 +41,7 @@ class LensFilm:
         cosine = dr.dot(direction, self.back)
         self._add(target, direction, intensity * (cosine / square), active)
 
-    def catch(self, ray: Any, power: Any, active: Any) -> None:
+    def catch(self, ray: mi.Ray3f, power: mi.Color3f, active: mi.Bool) -> None:
         """Photons of a power in W that fly along a ray and may meet the lens."""
         cosine = dr.dot(ray.d, self.back)
         distance = dr.dot(self.position - ray.o, self.back) / cosine
@@ -49,7 +50,9 @@ class LensFilm:
         area = math.pi * self.lens.camera.lens_radius**2
         self._add(target, ray.d, power / area, active & met & (cosine > 0) & (distance > 0))
 
-    def _add(self, target: Any, direction: Any, irradiance: Any, active: Any) -> None:
+    def _add(
+        self, target: mi.Point3f, direction: mi.Vector3f, irradiance: mi.Color3f, active: mi.Bool
+    ) -> None:
         lens, focus = self.lens, self.lens.camera.distance
         cosine = dr.dot(direction, self.back)
         at = target - direction * (focus / cosine) - mi.Point3f(*lens.sphere.center)

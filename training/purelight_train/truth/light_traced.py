@@ -15,7 +15,6 @@ the lens. Several lenses share the photons.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any
 
 import drjit as dr
 import mitsuba as mi
@@ -23,6 +22,7 @@ import numpy as np
 
 from purelight_train.light.light_tracing import ESCAPED, Lamp, trace_paths
 from purelight_train.light.rays import leave
+from purelight_train.light.scattering import Scattered
 from purelight_train.truth.lens_film import LensFilm
 from purelight_train.truth.picture import Passes, Picture
 from purelight_train.truth.thin_lens import ThinLens
@@ -33,7 +33,7 @@ STAY = 0.9
 
 
 def light_traced(
-    scene: Any,
+    scene: mi.Scene,
     lenses: Sequence[ThinLens],
     paths: int,
     seed: int = 0,
@@ -64,7 +64,7 @@ def light_traced(
     return [p.picture() for p in passes]
 
 
-def sharp_share(scene: Any, seed: int = 0) -> float:
+def sharp_share(scene: mi.Scene, seed: int = 0) -> float:
     """Part of the escaping power that no join can reach, which a lens has to catch: 0 .. 1."""
     sampler = mi.load_dict({"type": "independent"})
     sampler.seed(seed, BATCH)
@@ -82,7 +82,7 @@ class _Exposure:
     def __init__(self, lamp: Lamp, films: Sequence[LensFilm]) -> None:
         self.lamp, self.films = lamp, films
 
-    def expose(self, sampler: Any) -> None:
+    def expose(self, sampler: mi.Sampler) -> None:
         self._join_emitters(sampler)
         traced = trace_paths(self.lamp, sampler, self._visit)
         dr.eval(traced)
@@ -90,7 +90,7 @@ class _Exposure:
         for film in self.films:
             film.catch(mi.Ray3f(out.position, out.direction), out.weight, caught)
 
-    def _join_emitters(self, sampler: Any) -> None:
+    def _join_emitters(self, sampler: mi.Sampler) -> None:
         """Join points of area lights to the lenses."""
         emission, scene = self.lamp.emission, self.lamp.scene
         choice = mi.DiscreteDistribution(mi.Float(emission.probability.astype(np.float32)))
@@ -112,8 +112,9 @@ class _Exposure:
             film.join(target, si.p, value, lit)
 
     def _visit(
-        self, si: Any, ray: Any, weight: Any, sampler: Any, active: Any
-    ) -> tuple[Any, Any, Any]:
+        self, si: mi.SurfaceInteraction3f, ray: mi.Ray3f, weight: mi.Color3f, sampler: mi.Sampler,
+        active: mi.Bool,
+    ) -> Scattered:  # fmt: skip
         """Join a surface to the lenses, then scatter."""
         for film in self.films:
             target = film.point(sampler.next_2d(active))
@@ -126,8 +127,9 @@ class _Exposure:
         return self._scatter(si, ray, weight, sampler, active)
 
     def _scatter(
-        self, si: Any, ray: Any, weight: Any, sampler: Any, active: Any
-    ) -> tuple[Any, Any, Any]:
+        self, si: mi.SurfaceInteraction3f, ray: mi.Ray3f, weight: mi.Color3f, sampler: mi.Sampler,
+        active: mi.Bool,
+    ) -> Scattered:  # fmt: skip
         """Scatter; light about to leave rough glass is kept inside where it can be.
 
         What leaves has mostly been joined to the lenses already and is worth nothing more, whereas
@@ -138,22 +140,23 @@ class _Exposure:
         flags = si.bsdf(ray).flags()
         rough = mi.has_flag(flags, mi.BSDFFlags.GlossyTransmission)
         rough &= active & ~mi.has_flag(flags, mi.BSDFFlags.Delta) & (dr.dot(si.n, ray.d) > 0)
-        direction, factor, sharp = self.lamp.scatter(si, ray, weight, sampler, active)
-        stayed, left = _Choice(), _Choice()
+        event = self.lamp.scatter(si, ray, weight, sampler, active)
+        stayed, left, other = _Choice(), _Choice(), event
         for i in range(CANDIDATES):
-            other = direction, factor
             if i > 0:
-                other = self.lamp.scatter(si, ray, weight, sampler, rough)[:2]
-            leaves, u = dr.dot(si.n, other[0]) > 0, sampler.next_1d(rough)
-            stayed.offer(*other, u, rough & ~leaves)
-            left.offer(*other, u, rough & leaves)
+                other = self.lamp.scatter(si, ray, weight, sampler, rough)
+            leaves, u = dr.dot(si.n, other.direction) > 0, sampler.next_1d(rough)
+            stayed.offer(other, u, rough & ~leaves)
+            left.offer(other, u, rough & leaves)
         stay = dr.select(left.count == 0, 1, dr.select(stayed.count == 0, 0, STAY))
         kept = sampler.next_1d(rough) < stay
         weighed = dr.select(
             kept, stayed.factor * (stayed.count / stay), left.factor * (left.count / (1 - stay))
         )
-        direction = dr.select(rough, dr.select(kept, stayed.direction, left.direction), direction)
-        return direction, dr.select(rough, weighed / CANDIDATES, factor), sharp & ~rough
+        chosen = dr.select(kept, stayed.direction, left.direction)
+        direction = dr.select(rough, chosen, event.direction)
+        factor = dr.select(rough, weighed / CANDIDATES, event.factor)
+        return Scattered(direction, factor, event.sharp & ~rough)
 
 
 class _Choice:
@@ -163,8 +166,8 @@ class _Choice:
         self.count = mi.Float(0)
         self.direction, self.factor = mi.Vector3f(0), mi.Color3f(0)
 
-    def offer(self, direction: Any, factor: Any, u: Any, active: Any) -> None:
+    def offer(self, other: Scattered, u: mi.Float, active: mi.Bool) -> None:
         self.count = dr.select(active, self.count + 1, self.count)
         take = active & (u * self.count < 1)
-        self.direction = dr.select(take, direction, self.direction)
-        self.factor = dr.select(take, factor, self.factor)
+        self.direction = dr.select(take, other.direction, self.direction)
+        self.factor = dr.select(take, other.factor, self.factor)

@@ -1,37 +1,43 @@
-"""The shadow ray that a vertex aims at one of the lamps."""
+"""Next-event estimation of the lamps: the shadow ray that a vertex aims at one of them."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import drjit as dr
 import mitsuba as mi
 
-from purelight_mitsuba.lamps.table import Lamps, Place
+from purelight_mitsuba.lamps.table import Hit, Lamps, Place
 from purelight_mitsuba.sampling.surface_sampler import share
-from purelight_mitsuba.transport.queries import Queries
-from purelight_mitsuba.transport.walk import ANY, NONE, Segment, cutoff, power
+from purelight_mitsuba.transport.mis import cutoff, power
+from purelight_mitsuba.transport.queries import Answer, Direction, Queries
+from purelight_mitsuba.transport.segment import ANY, NONE, Meeting, Segment
+from purelight_mitsuba.transport.state import Departure, Vertex
 
 
 @dataclass
-class Aim:
+class Aim(Direction):
     """Where shadow rays lead.
 
     Arguments:
         target: A point on them.
-        toward: Unit direction to it.
-        pdf: What counts as its density per solid angle, against the BSDF's.
-        weight: What to multiply the lamp's radiance by, or the product if `facet` is NONE.
-        facet: As in `Segment`.
-        spoilt: How many answers of networks were spoilt.
+        facet: As in `Segment`; if it is NONE, `weight` includes the lamp's radiance.
     """
 
     target: mi.Point3f
-    toward: mi.Vector3f
-    pdf: mi.Float
-    weight: mi.Color3f
     facet: mi.UInt32
+
+
+@dataclass
+class Shot:
+    """Shadow rays that were sent.
+
+    Arguments:
+        segments: One, or none if all lamps are dark.
+        spoilt: How many answers of networks were spoilt on the way.
+    """
+
+    segments: list[Segment]
     spoilt: mi.UInt32
 
 
@@ -60,7 +66,7 @@ class AimedLamps:
     so, and light that the BSDF finds is weighed against both ways in the same proportion.
 
     Arguments:
-        lamps: The lamps of the scene, not all dark.
+        lamps: The lamps of the scene.
         queries: Their networks.
     """
 
@@ -74,51 +80,96 @@ class AimedLamps:
     def aim(
         self,
         scene: mi.Scene,
-        si: mi.SurfaceInteraction3f,
-        bsdf: mi.BSDFPtr,
-        path: Any,
+        vertex: Vertex,
+        throughput: mi.Color3f,
         numbers: Numbers,
         active: mi.Bool,
-    ) -> list[Segment]:
-        """Sends a shadow ray toward a lamp."""
+    ) -> Shot:
+        """Sends a shadow ray toward a lamp.
+
+        Arguments:
+            throughput: Of the path up to the vertex.
+        """
         if self._lamps.dark:
-            return []
+            return Shot([], mi.UInt32(0))
+        si = vertex.si
         lamp, chance = self._lamps.pick(numbers.lamp, si.p, active)
         place = self._lamps.place(lamp, active)
+        aim = self._direction(lamp, place, si, numbers, active)
+        value, pdf_bsdf = vertex.bsdf.eval_pdf(
+            mi.BSDFContext(), si, si.to_local(aim.toward), active
+        )
+        part = self._part_of_aiming(aim, chance, pdf_bsdf)
+        total = throughput * value * aim.weight * (part / chance)
+        # Toward the same point of the lamp, although the ray starts a little off the surface.
+        ray = si.spawn_ray_to(aim.target)
+        useful = active & (aim.pdf_solid_angle > 0) & (dr.max(total) > 0)
+        length, passes = self._reach(scene, place, ray, useful)
+        open = (aim.facet == NONE) & passes
+        segment = Segment.of(ray, length, total, useful, lamp=lamp, facet=aim.facet, open=open)
+        return Shot([segment], aim.spoilt)
+
+    def part_of_finding(
+        self, on: Segment, met: Meeting, departure: Departure, active: mi.Bool
+    ) -> Answer:
+        """The weight of light that a view found by the BSDF, against aiming at it; one if inactive.
+
+        It is one, too, if no other technique could have found it.
+        """
+        if self._lamps.dark:
+            return Answer(mi.Float(1))
+        compete, start = active & ~departure.delta, departure.vertex.p
+        near = share(met.place.radii(start))
+        pdf = self._queries.pdf_solid_angle(
+            met.place, on.origin, on.direction, compete & (near < 1)
+        )
+        (pdf_surface,) = dr.if_stmt(
+            (met.place, met.hit, on.direction * (met.distance / met.place.scale)),
+            compete & (near > 0),
+            lambda *arguments: (self._pdf_surface(*arguments),),
+            lambda *_: (mi.Float(0),),
+        )
+        chance = self._lamps.probability(met.hit.lamp, start, compete)
+        own, heuristic = departure.pdf_solid_angle, cutoff if self._queries.fast else power
+        part = dr.lerp(heuristic(own, pdf.value * chance), power(own, pdf_surface * chance), near)
+        return Answer(dr.select(compete, part, 1), pdf.spoilt)
+
+    def _part_of_aiming(self, aim: Aim, chance: mi.Float, pdf_bsdf: mi.Float) -> mi.Float:
+        """The weight of light that was aimed at, against finding it by the BSDF."""
+        pdf = aim.pdf_solid_angle * chance
+        part = power(pdf, pdf_bsdf)
+        if not self._queries.fast:
+            return part
+        return dr.select(aim.facet == NONE, cutoff(pdf, pdf_bsdf), part)
+
+    def _direction(
+        self,
+        lamp: mi.UInt32,
+        place: Place,
+        si: mi.SurfaceInteraction3f,
+        numbers: Numbers,
+        active: mi.Bool,
+    ) -> Aim:
+        """One of the two ways to aim, `share` of the vertices by a point of the exit surface."""
         near = active & (numbers.near < share(place.radii(si.p)))
-        choice, u = numbers.choice, numbers.u
-        aim = self._by_network(place, si, u, active & ~near)
+        aim = self._by_network(place, si, numbers.u, active & ~near)
         start = mi.Interaction3f(si.t, si.time, si.wavelengths, si.p, si.n)
-        aim = dr.if_stmt(  # Packets of lanes that are all far away skip it.
-            (aim, lamp, place, start, choice, u),
+        return dr.if_stmt(  # Packets of lanes that are all far away skip it.
+            (aim, lamp, place, start, numbers.choice, numbers.u),
             near,
             lambda _, *arguments: self._by_surface(*arguments),
             lambda before, *_: before,
         )
-        path.spoilt = path.spoilt + aim.spoilt
-        value, pdf_bsdf = bsdf.eval_pdf(mi.BSDFContext(), si, si.to_local(aim.toward), active)
-        density = aim.pdf * chance
-        part = power(density, pdf_bsdf)
-        if self._queries.fast:
-            part = dr.select(aim.facet == NONE, cutoff(density, pdf_bsdf), part)
-        total = path.throughput * value * aim.weight * (part / chance)
-        # Toward the same point of the lamp, although the ray starts a little off the surface.
-        ray = si.spawn_ray_to(aim.target)
-        useful = active & (aim.pdf > 0) & (dr.max(total) > 0)
-        length, open = self._reach(scene, place, ray, useful)
-        known = aim.facet == NONE
-        return [
-            Segment.of(ray, length, total, useful, lamp=lamp, facet=aim.facet, open=known & open)
-        ]
 
     def _by_network(
         self, place: Place, si: mi.SurfaceInteraction3f, u: mi.Point2f, active: mi.Bool
     ) -> Aim:
         """A direction of the sampler's, or of the radiance map's."""
-        toward, pdf, weight, spoilt = self._queries.aim(place, si.p, u, active)
-        target = mi.Point3f(si.p + toward * dr.dot(place.centre - si.p, toward))
+        drawn = self._queries.aim(place, si.p, u, active)
+        along = dr.dot(place.centre - si.p, drawn.toward)
+        target = mi.Point3f(si.p + drawn.toward * along)
         facet = mi.UInt32(NONE if self._queries.fast else ANY)
-        return Aim(target, toward, pdf, weight, facet, spoilt)
+        return Aim(**vars(drawn), target=target, facet=facet)
 
     def _by_surface(
         self,
@@ -138,7 +189,15 @@ class AimedLamps:
         )
         weight = mi.Color3f(dr.select(pdf > 0, 1 / pdf, 0))
         facet = self._lamps.first_facet(lamp) + drawn.facet
-        return Aim(target, ray.d, pdf, weight, facet, mi.UInt32(0))
+        return Aim(ray.d, pdf, weight, mi.UInt32(0), target, facet)
+
+    def _pdf_surface(self, place: Place, hit: Hit, toward: mi.Vector3f) -> mi.Float:
+        """The density of the surface sampler for where a lamp was met."""
+        facet = hit.facet - self._lamps.first_facet(hit.lamp)
+        local = place.direction_to_local(toward)
+        return self._lamps.surface.pdf_solid_angle(
+            place.asset, facet, hit.normal, local, mi.Bool(True)
+        )
 
     def _reach(
         self, scene: mi.Scene, place: Place, ray: mi.Ray3f, active: mi.Bool

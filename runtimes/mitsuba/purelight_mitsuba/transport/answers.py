@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from dataclasses import fields
 
 import drjit as dr
 import mitsuba as mi
@@ -11,7 +11,7 @@ import numpy as np
 
 from purelight_mitsuba.lamps.luminaire import Luminaire
 from purelight_mitsuba.transport.light import Light
-from purelight_mitsuba.transport.queries import finite
+from purelight_mitsuba.transport.queries import ExitRay, finite
 from purelight_mitsuba.transport.walk import Question
 
 # Multiply-adds a sample. ONNX Runtime multiplies matrices three times as fast, but looks grids up
@@ -30,21 +30,18 @@ class Answers:
         self._luminaires = luminaires
         self._compiled = [compiled(luminaire) for luminaire in luminaires]
 
-    def add(self, light: Light, question: Question, lane: mi.UInt32) -> int:
-        """Adds weighted radiance to the light of lanes; returns how many answers were spoilt."""
-        spoilt = 0
+    def add(self, light: Light, question: Question, lane: mi.UInt32) -> None:
+        """Adds weighted radiance to the light of lanes, in place."""
         for index, luminaire in enumerate(self._luminaires):
             chosen = dr.compress(question.asked & (question.asset == index))
             if len(chosen) == 0:
                 continue
             own = dr.gather(Question, question, chosen)
-            surface = (own.position, own.normal, own.outgoing)
             evaluate = _compiled if self._compiled[index] else _batched
-            radiance, bad = finite(evaluate(luminaire, surface))
-            light.scatter(radiance * own.weight, dr.gather(mi.UInt32, lane, chosen), own.group)
-            dr.eval(light, bad)
-            spoilt += int(dr.sum(bad)[0])
-        return spoilt
+            radiance = finite(evaluate(luminaire, own.ray))
+            found = Light.dark(len(light.groups)).add(radiance.value * own.weight, own.group)
+            light.scatter(found.spoil(radiance.spoilt), dr.gather(mi.UInt32, lane, chosen))
+            dr.eval(light)
 
 
 def compiled(luminaire: Luminaire) -> bool:
@@ -54,12 +51,11 @@ def compiled(luminaire: Luminaire) -> bool:
     return luminaire.cost("appearance") <= LARGEST_COMPILED
 
 
-def _compiled(luminaire: Luminaire, surface: Sequence[Any]) -> mi.Color3f:
-    return mi.Color3f(*luminaire.network("appearance")(*surface)[0])
+def _compiled(luminaire: Luminaire, ray: ExitRay) -> mi.Color3f:
+    return ray.ask(luminaire, "appearance")
 
 
-def _batched(luminaire: Luminaire, surface: Sequence[Any]) -> mi.Color3f:
-    names = ("position", "normal", "outgoing")
-    rows = {k: np.array(v).T for k, v in zip(names, surface, strict=True)}
+def _batched(luminaire: Luminaire, ray: ExitRay) -> mi.Color3f:
+    rows = {part.name: np.array(getattr(ray, part.name)).T for part in fields(ray)}
     radiance = luminaire.session("appearance")(rows)["radiance"]
     return mi.Color3f(np.ascontiguousarray(radiance.T))

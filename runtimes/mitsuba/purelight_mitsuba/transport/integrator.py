@@ -12,12 +12,11 @@ import numpy as np
 
 from purelight_format.errors import PureLightError, SpoiltWarning
 from purelight_mitsuba.transport.film_passes import accumulate, sample_counts
-from purelight_mitsuba.transport.paths import Limits, Path, PathTracer
+from purelight_mitsuba.transport.paths import Limits, PathTracer
 from purelight_mitsuba.transport.scene_parts import SceneParts, Settings, prepare
 
 MODES = ("accurate", "fast")
 ENGINES = ("auto", "fused", "queued")
-LANES = 1 << 21  # Of one pass of the engine `queued`; about 200 bytes each.
 
 
 class PureLightIntegrator(mi.SamplingIntegrator):
@@ -63,11 +62,11 @@ class PureLightIntegrator(mi.SamplingIntegrator):
         develop: bool = True,
         evaluate: bool = True,
     ) -> mi.TensorXf:
-        before, queued = self.spoilt, self.prepare(scene).later is not None
+        before, engine = self.spoilt, self.prepare(scene).engine
         sensor = scene.sensors()[sensor] if isinstance(sensor, int) else sensor
         usual = sensor.sampler().sample_count()
         pixels = int(np.prod(sensor.film().crop_size()))
-        counts = sample_counts(spp or usual, LANES // pixels) if queued else [spp]
+        counts = sample_counts(spp or usual, engine.lanes // pixels)
         if len(counts) == 1:
             image = super().render(scene, sensor, seed, spp, develop, evaluate)
         else:
@@ -114,10 +113,8 @@ class PureLightIntegrator(mi.SamplingIntegrator):
     ) -> tuple[mi.Color3f, mi.Bool, list[mi.Float]]:
         parts = self.prepare(scene)
         limits = Limits(self.max_depth, self.rr_depth, self.hide_emitters)
-        path, spoilt = PathTracer(scene, parts, limits, self)(
-            Path.begin(ray, active, len(parts.groups)), sampler
-        )
-        self.spoilt += spoilt
-        dr.scatter_add(self._spoilt, path.spoilt, mi.UInt32(0), path.spoilt > 0)
+        path = PathTracer(scene, parts, limits, self)(ray, sampler, active)
+        spoilt = path.light.spoilt
+        dr.scatter_add(self._spoilt, spoilt, mi.UInt32(0), spoilt > 0)
         layers = [part[channel] for part in path.light.groups for channel in range(3)]
         return path.light.total, path.seen, layers

@@ -35,21 +35,23 @@ class Light:
     Arguments:
         total: All of it.
         groups: What each light group adds to it; empty unless somebody asked, and then free.
+        spoilt: How many answers of networks were infinite or no number, and count as dark in it.
     """
 
     total: mi.Color3f
     groups: list[mi.Color3f]
+    spoilt: mi.UInt32
 
     @staticmethod
     def dark(groups: int, width: int = 1) -> Light:
         """No light yet."""
-        return Light(
-            dr.zeros(mi.Color3f, width), [dr.zeros(mi.Color3f, width) for _ in range(groups)]
-        )
+        total, *parts = (dr.zeros(mi.Color3f, width) for _ in range(1 + groups))
+        return Light(total, parts, dr.zeros(mi.UInt32, width))
 
     def __add__(self, other: Light) -> Light:
         pairs = zip(self.groups, other.groups, strict=True)
-        return Light(self.total + other.total, [a + b for a, b in pairs])
+        groups = [a + b for a, b in pairs]
+        return Light(self.total + other.total, groups, self.spoilt + other.spoilt)
 
     def add(self, value: mi.Color3f, group: int | mi.UInt32 = OTHERS) -> Light:
         """This and the light of one group."""
@@ -57,16 +59,15 @@ class Light:
             part + dr.select(mi.UInt32(group) == index, value, 0)
             for index, part in enumerate(self.groups)
         ]
-        return Light(self.total + value, groups)
+        return Light(self.total + value, groups, self.spoilt)
 
-    def scatter(self, value: mi.Color3f, lane: mi.UInt32, group: mi.UInt32) -> None:
-        """Adds light of groups to lanes, in place."""
-        dr.scatter_add(self.total, value, lane)
-        for index, part in enumerate(self.groups):
-            dr.scatter_add(part, value, lane, group == index)
+    def spoil(self, answers: mi.UInt32) -> Light:
+        """This, with so many more spoilt answers."""
+        return Light(self.total, self.groups, self.spoilt + answers)
 
-    def scatter_all(self, other: Light, lane: mi.UInt32) -> None:
+    def scatter(self, other: Light, lane: mi.UInt32) -> None:
         """Adds other lanes' light to lanes, in place."""
         dr.scatter_add(self.total, other.total, lane)
         for part, more in zip(self.groups, other.groups, strict=True):
             dr.scatter_add(part, more, lane)
+        dr.scatter_add(self.spoilt, other.spoilt, lane, other.spoilt > 0)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any
+from dataclasses import dataclass, field, replace
+from typing import Any, TypeVar
 
 import drjit as dr
 import mitsuba as mi
@@ -21,7 +22,63 @@ from purelight_mitsuba.transport.batched_maps import compiled, draw_batched
 # density would cost a whole map for every hit.
 FAVOUR, MATT = 4.0, 8.0
 
-Answer = tuple[Any, Any, Any, Any]  # Direction, density, weight, spoilt answers.
+Found = TypeVar("Found")
+
+
+@dataclass
+class Answer:
+    """What a network says.
+
+    Arguments:
+        value: Of one number or three; zero where one was infinite or NaN.
+        spoilt: One there, and else zero.
+    """
+
+    value: Any
+    spoilt: mi.UInt32 = field(default_factory=lambda: mi.UInt32(0))
+
+
+@dataclass
+class Direction:
+    """A direction drawn toward a lamp.
+
+    Arguments:
+        toward: Unit vector.
+        pdf_solid_angle: What counts as its density against the BSDF's: `Queries.pdf_solid_angle`.
+        weight: What to multiply the lamp's radiance by; in fast mode the product itself.
+        spoilt: How many answers of networks were spoilt.
+    """
+
+    toward: mi.Vector3f
+    pdf_solid_angle: mi.Float
+    weight: mi.Color3f
+    spoilt: mi.UInt32
+
+
+@dataclass
+class ExitRay:
+    """A ray that leaves an exit surface, in the luminaire frame.
+
+    Arguments:
+        normal: Geometric unit normal on the side of `outgoing`.
+    """
+
+    position: mi.Point3f
+    normal: mi.Normal3f
+    outgoing: mi.Vector3f
+
+    @staticmethod
+    def of(place: Place, hit: Hit, p: mi.Point3f, d: mi.Vector3f) -> ExitRay:
+        """The ray that comes back from p, along -d in the world, where a lamp was hit."""
+        outgoing = -place.direction_to_local(d)
+        facing = dr.dot(hit.normal, outgoing) >= 0
+        normal = dr.select(facing, hit.normal, -hit.normal)
+        return ExitRay(place.point_to_local(p), normal, outgoing)
+
+    def ask(self, luminaire: Luminaire, network: str) -> mi.Color3f:
+        """What a network of the luminaire says, infinite and NaN included."""
+        (value,) = luminaire.network(network)(self.position, self.normal, self.outgoing)
+        return mi.Color3f(*value)
 
 
 class Queries:
@@ -52,81 +109,66 @@ class Queries:
             return names + ["fast_map"] * (not batched)
         return names + ["sampler", "sampler_pdf"] * _learned(luminaire)
 
-    def radiance(
-        self, place: Place, hit: Hit, p: mi.Point3f, d: mi.Vector3f, active: mi.Bool
-    ) -> tuple[mi.Color3f, mi.UInt32]:
-        """Radiance from an exit surface along -d, W/(m² sr), and how many answers were spoilt."""
+    def radiance(self, place: Place, ray: ExitRay, active: mi.Bool) -> Answer:
+        """Radiance of rays from an exit surface, W/(m² sr)."""
+        answer = self._ask("appearance", place, ray, active, Answer(mi.Color3f(0)))
+        return Answer(answer.value * place.dimmer, answer.spoilt)
 
-        def network(luminaire: Luminaire, *there: Any) -> tuple[mi.Color3f, mi.UInt32]:
-            return finite(mi.Color3f(*luminaire.network("appearance")(*there)[0]))
-
-        zero = (mi.Color3f(0), mi.UInt32(0))
-        there = surface(place, hit, p, d)
-        radiance, spoilt = self._each(place.asset, active, network, there, zero)
-        return radiance * place.dimmer, spoilt
-
-    def transmittance(
-        self, place: Place, hit: Hit, p: mi.Point3f, d: mi.Vector3f, active: mi.Bool
-    ) -> tuple[mi.Color3f, mi.UInt32]:
+    def transmittance(self, place: Place, ray: ExitRay, active: mi.Bool) -> Answer:
         """Transmittance of the whole line through a lamp, one where inactive."""
+        return self._ask("transparency", place, ray, active, Answer(mi.Color3f(1)))
 
-        def network(luminaire: Luminaire, *there: Any) -> tuple[mi.Color3f, mi.UInt32]:
-            if not luminaire.has("transparency"):
-                return mi.Color3f(0), mi.UInt32(0)
-            return finite(mi.Color3f(*luminaire.network("transparency")(*there)[0]))
+    def _ask(
+        self, name: str, place: Place, ray: ExitRay, active: mi.Bool, inactive: Answer
+    ) -> Answer:
+        """What a network says of rays from an exit surface; zero from lamps without it."""
 
-        one = (mi.Color3f(1), mi.UInt32(0))
-        return self._each(place.asset, active, network, surface(place, hit, p, d), one)
+        def network(luminaire: Luminaire, ray: ExitRay) -> Answer:
+            if not luminaire.has(name):
+                return Answer(mi.Color3f(0))
+            return finite(ray.ask(luminaire, name))
+
+        return self._each(place.asset, active, network, (ray,), inactive)
 
     def pdf_solid_angle(
         self, place: Place, p: mi.Point3f, d: mi.Vector3f, active: mi.Bool
-    ) -> tuple[mi.Float, mi.UInt32]:
+    ) -> Answer:
         """The density by which a lamp's directions are weighed against the BSDF's.
 
         It is the sampler's own; in fast mode what a map counts for (`FAVOUR`).
         """
 
-        def network(luminaire: Luminaire, point: Any, toward: Any) -> tuple[mi.Float, mi.UInt32]:
+        def network(luminaire: Luminaire, point: mi.Point3f, toward: mi.Vector3f) -> Answer:
             if self.fast or not _learned(luminaire):
                 pdf = _cap(luminaire, point).pdf_solid_angle()
-                return _favoured(pdf) if self.fast else pdf, mi.UInt32(0)
+                return Answer(_favoured(pdf) if self.fast else pdf)
             (pdf,) = luminaire.network("sampler_pdf")(point, toward)
             return finite(pdf.item())
 
         local = (place.point_to_local(p), place.direction_to_local(d))
-        return self._each(place.asset, active, network, local, (mi.Float(0), mi.UInt32(0)))
+        return self._each(place.asset, active, network, local, Answer(mi.Float(0)))
 
-    def aim(
-        self, place: Place, p: mi.Point3f, u: mi.Point2f, active: mi.Bool
-    ) -> tuple[mi.Vector3f, mi.Float, mi.Color3f, mi.UInt32]:
-        """Draws a direction toward a lamp.
-
-        Returns:
-            The direction in the world, the density of `pdf_solid_angle` there, what to multiply
-            the lamp's radiance by (in fast mode the product itself), and how many answers were
-            spoilt.
-        """
+    def aim(self, place: Place, p: mi.Point3f, u: mi.Point2f, active: mi.Bool) -> Direction:
+        """Draws a direction toward a lamp, in the world."""
         function = self._from_map if self.fast else self._from_sampler
-        zero = (mi.Vector3f(0, 0, 1), mi.Float(0), mi.Color3f(0), mi.UInt32(0))
+        none = Direction(mi.Vector3f(0, 0, 1), mi.Float(0), mi.Color3f(0), mi.UInt32(0))
         point = place.point_to_local(p)
         drawn = [self._drawn(place.asset, point, u, active)] if self.fast else []
-        local = (point, u, *drawn)
-        toward, pdf, weight, spoilt = self._each(place.asset, active, function, local, zero)
-        dimmer = place.dimmer if self.fast else 1
-        return place.direction_to_world(toward), pdf, weight * dimmer, spoilt
+        aim = self._each(place.asset, active, function, (point, u, *drawn), none)
+        weight = aim.weight * (place.dimmer if self.fast else 1)
+        return replace(aim, toward=place.direction_to_world(aim.toward), weight=weight)
 
     @staticmethod
-    def _from_sampler(luminaire: Luminaire, point: mi.Point3f, u: mi.Point2f) -> Answer:
+    def _from_sampler(luminaire: Luminaire, point: mi.Point3f, u: mi.Point2f) -> Direction:
         if not _learned(luminaire):
             view = _cap(luminaire, point)
             toward, pdf, spoilt = view.direction(u), view.pdf_solid_angle(), mi.UInt32(0)
         else:
             columns, density = luminaire.network("sampler")(point, u)
-            toward, spoilt = finite(mi.Vector3f(*columns))
-            pdf, spoilt_pdf = finite(density.item())
-            pdf = dr.select(spoilt > 0, 0, pdf)
-            spoilt = spoilt | spoilt_pdf
-        return toward, pdf, mi.Color3f(dr.select(pdf > 0, 1 / pdf, 0)), spoilt
+            direction, answer = finite(mi.Vector3f(*columns)), finite(density.item())
+            toward, pdf = direction.value, dr.select(direction.spoilt > 0, 0, answer.value)
+            spoilt = direction.spoilt | answer.spoilt
+        return Direction(toward, pdf, mi.Color3f(dr.select(pdf > 0, 1 / pdf, 0)), spoilt)
 
     def _drawn(self, asset: mi.UInt32, point: mi.Point3f, u: mi.Point2f, active: mi.Bool) -> Drawn:
         """What is drawn from the maps of ONNX Runtime."""
@@ -139,23 +181,24 @@ class Queries:
 
     def _from_map(
         self, luminaire: Luminaire, point: mi.Point3f, u: mi.Point2f, drawn: Drawn
-    ) -> Answer:
+    ) -> Direction:
         if not self._batched[self._luminaires.index(luminaire)]:
             (cells,) = luminaire.network("fast_map")(point)
             drawn = draw(lit(cells, luminaire.flux), u)
         view = _cap(luminaire, point)
         pdf = view.pdf_solid_angle()
-        weight, spoilt = finite(dr.select(view.outside, drawn.weight / pdf, 0))
-        return view.direction(drawn.square), _favoured(pdf), weight, spoilt | drawn.spoilt
+        weight = finite(dr.select(view.outside, drawn.weight / pdf, 0))
+        toward, spoilt = view.direction(drawn.square), weight.spoilt | drawn.spoilt
+        return Direction(toward, _favoured(pdf), weight.value, spoilt)
 
     def _each(
         self,
         asset: mi.UInt32,
         active: mi.Bool,
-        function: Callable[..., tuple[Any, ...]],
+        function: Callable[..., Found],
         arguments: Sequence[Any],
-        default: tuple[Any, ...],
-    ) -> tuple[Any, ...]:
+        default: Found,
+    ) -> Found:
         """Calls a function for the lanes of each luminaire in turn."""
         result = default
         for index, luminaire in enumerate(self._luminaires):
@@ -183,17 +226,8 @@ def _cap(luminaire: Luminaire, point: mi.Point3f) -> Cap:
     return cap(point, mi.Point3f(*sphere.center), mi.Float(sphere.radius))
 
 
-def surface(
-    place: Place, hit: Hit, p: mi.Point3f, d: mi.Vector3f
-) -> tuple[mi.Point3f, mi.Normal3f, mi.Vector3f]:
-    """Position, normal on the side of outgoing, and outgoing, in the luminaire frame."""
-    outgoing = -place.direction_to_local(d)
-    facing = dr.dot(hit.normal, outgoing) >= 0
-    return place.point_to_local(p), dr.select(facing, hit.normal, -hit.normal), outgoing
-
-
-def finite(value: Any) -> tuple[Any, mi.UInt32]:
-    """Replaces answers that are infinite or NaN by zero; 1 where there was one."""
+def finite(value: Any) -> Answer:
+    """An answer, from which infinite and NaN have been taken out."""
     finite = dr.isfinite(value)
     good = dr.all(finite) if dr.depth_v(value) > 1 else finite
-    return dr.select(good, value, 0), dr.select(good, mi.UInt32(0), mi.UInt32(1))
+    return Answer(dr.select(good, value, 0), dr.select(good, mi.UInt32(0), mi.UInt32(1)))

@@ -8,7 +8,7 @@ which every lane has work. What a path sees, and transmittance, which steers it,
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from functools import partial
 
 import drjit as dr
 import mitsuba as mi
@@ -16,108 +16,84 @@ import mitsuba as mi
 from purelight_mitsuba.lamps.luminaire import Luminaire
 from purelight_mitsuba.transport.aimed import AimedLamps, Numbers
 from purelight_mitsuba.transport.answers import Answers
+from purelight_mitsuba.transport.engine import Bounce, Engine
 from purelight_mitsuba.transport.light import Light
-from purelight_mitsuba.transport.walk import NONE, Walk
+from purelight_mitsuba.transport.queue import Queue, Slot, Waiting
+from purelight_mitsuba.transport.segment import Segment
+from purelight_mitsuba.transport.state import Path, Vertex
+from purelight_mitsuba.transport.walk import Walk
 
-CAPACITY = 1 << 22  # Vertices that may wait at the same time, of 100 bytes each.
-
-
-@dataclass
-class Waiting:
-    """A vertex that has yet to aim at a lamp.
-
-    Arguments:
-        origin, direction: The ray that found it.
-        found: What the ray hit.
-        throughput: Of the path up to here.
-        lane: Of the path.
-        spoilt: How many answers of networks were spoilt.
-    """
-
-    origin: mi.Point3f
-    direction: mi.Vector3f
-    found: mi.PreliminaryIntersection3f
-    throughput: mi.Color3f
-    numbers: Numbers
-    lane: mi.UInt32
-    spoilt: mi.UInt32
+ROULETTE = 2.0  # Shadow rays toward lamps, per throughput; least cost times variance in a room.
 
 
-class Queue:
-    """Vertices that wait, in a bounded part of the memory.
-
-    An active path owns one free slot, and takes the next when it has filled that. A path that finds
-    none left pauses until the queue has been emptied, so that no vertex is ever lost.
+class Queued(Engine):
+    """Aims at lamps later, when many vertices wait.
 
     Arguments:
-        lanes: How many paths there are.
-        capacity: How many vertices may wait.
-    """
-
-    def __init__(self, lanes: int, capacity: int | None = None) -> None:
-        self.lane = dr.arange(mi.UInt32, lanes)
-        self._capacity = CAPACITY if capacity is None else capacity
-        self._vertices = dr.empty(Waiting, self._capacity)
-
-    def open(self, active: mi.Bool) -> mi.UInt32:
-        """Forgets what waits, and returns a slot for every active path."""
-        self._filled = dr.zeros(mi.Bool, self._capacity)
-        self._next = mi.UInt32(0)
-        dr.make_opaque(self._vertices, self._filled, self._next)
-        slot = self.reserve(mi.UInt32(NONE), active & (self.lane < len(self.lane)))
-        dr.eval(slot)  # It must not be counted again where it is used.
-        return slot
-
-    def reserve(self, slot: mi.UInt32, active: mi.Bool) -> mi.UInt32:
-        """Gives active paths without a slot the next one."""
-        wanted = active & (slot == NONE)
-        return dr.select(wanted, dr.scatter_inc(self._next, mi.UInt32(0), wanted), slot)
-
-    def served(self, slot: mi.UInt32) -> mi.Bool:
-        """Whether paths need not pause."""
-        return (slot == NONE) | (slot < self._capacity)
-
-    def push(self, vertex: Waiting, slot: mi.UInt32, active: mi.Bool) -> mi.UInt32:
-        """Stores vertices in the slots of their paths."""
-        dr.scatter(self._vertices, vertex, slot, active)
-        dr.scatter(self._filled, True, slot, active)
-        return dr.select(active, NONE, slot)
-
-    def take(self) -> Waiting | None:
-        """Returns the vertices that wait, if there are any."""
-        dr.eval(self._vertices, self._filled)
-        index = dr.compress(self._filled)
-        return dr.gather(Waiting, self._vertices, index) if len(index) else None
-
-
-class ShadowRays:
-    """Sends the shadow rays of vertices that waited.
-
-    Arguments:
-        aimed: Aims them.
-        walk: Follows them.
+        aimed: Aims.
+        walk: Follows shadow rays.
         luminaires: The bundles of the lamps that they lead to.
     """
+
+    lanes = 1 << 21  # About 200 bytes each.
 
     def __init__(self, aimed: AimedLamps, walk: Walk, luminaires: Sequence[Luminaire]) -> None:
         self._aimed, self._walk, self._answers = aimed, walk, Answers(luminaires)
 
-    def __call__(self, scene: mi.Scene, queue: Queue, groups: int) -> tuple[Light, int]:
-        """Empties a queue.
+    def follow(self, scene: mi.Scene, bounce: Bounce, path: Path, sampler: mi.Sampler) -> Path:
+        """Traces paths as far as the queue goes, empties it, and goes on until all have ended."""
+        queue, groups = Queue(dr.width(path.ray)), len(path.light.groups)
+        light, pending = Light.dark(groups), path.pending()
+        while dr.any(pending):
+            path, sampler = self._fill(queue, bounce, path, sampler)
+            pending = path.pending()
+            sampler.schedule_state()
+            dr.eval(path, pending)
+            light = light + self._empty(queue, scene, groups)
+        path.light = path.light + light
+        return path
 
-        Returns:
-            Light for each path, and how many answers of networks were spoilt.
-        """
-        light, vertex = Light.dark(groups, len(queue.lane)), queue.take()
-        if vertex is None:
-            return light, 0
-        ray = mi.Ray3f(vertex.origin, vertex.direction)
-        si = vertex.found.compute_surface_interaction(ray, mi.RayFlags.All)
-        bsdf, everywhere = si.bsdf(ray), mi.Bool(True)
-        (segment,) = self._aimed.aim(scene, si, bsdf, vertex, vertex.numbers, everywhere)
-        known, question, spoilt = self._walk.ask(segment)
-        light.scatter_all(known, vertex.lane)
-        spoilt = spoilt + vertex.spoilt
-        dr.eval(light, question, vertex.lane, spoilt)
-        more = self._answers.add(light, question, vertex.lane)
-        return light, int(dr.sum(spoilt)[0]) + more
+    def _fill(
+        self, queue: Queue, bounce: Bounce, path: Path, sampler: mi.Sampler
+    ) -> tuple[Path, mi.Sampler]:
+        """Lets paths bounce to their end, or until there is no room in the queue."""
+
+        def body(path: Path, slot: Slot, sampler: mi.Sampler) -> tuple[Path, Slot, mi.Sampler]:
+            path = bounce(path, sampler, partial(self._wait, queue, slot))
+            return path, queue.reserve(slot, path.active), sampler
+
+        path, _, sampler = dr.while_loop(
+            (path, queue.open(path.active), sampler),
+            lambda path, slot, _: path.pending() & queue.served(slot),
+            body,
+            label="PureLight paths",
+        )
+        return path, sampler
+
+    def _wait(
+        self, queue: Queue, slot: Slot, path: Path, vertex: Vertex, sampler: mi.Sampler,
+        active: mi.Bool,
+    ) -> list[Segment]:  # fmt: skip
+        """Leaves aiming at a lamp for later, by roulette where it would be worth little."""
+        worth = dr.max(path.throughput) * dr.square(path.eta)
+        chance = dr.minimum(worth * ROULETTE, 1)
+        active = active & (sampler.next_1d() < chance)
+        throughput, numbers = path.throughput / chance, Numbers.draw(sampler)
+        ray, found = vertex.ray, vertex.found
+        queue.push(Waiting(ray.o, ray.d, found, throughput, numbers, queue.lane), slot, active)
+        return []
+
+    def _empty(self, queue: Queue, scene: mi.Scene, groups: int) -> Light:
+        """Sends the shadow rays of the vertices that wait: their light for each path."""
+        light, waiting = Light.dark(groups, len(queue.lane)), queue.take()
+        if waiting is None:
+            return light
+        vertex = Vertex.of(mi.Ray3f(waiting.origin, waiting.direction), waiting.found)
+        everywhere, numbers = mi.Bool(True), waiting.numbers
+        shot = self._aimed.aim(scene, vertex, waiting.throughput, numbers, everywhere)
+        (segment,) = shot.segments
+        end = self._walk.ask(segment)
+        light.scatter(end.light.spoil(shot.spoilt), waiting.lane)
+        dr.eval(light, end.question, waiting.lane)
+        self._answers.add(light, end.question, waiting.lane)
+        return light

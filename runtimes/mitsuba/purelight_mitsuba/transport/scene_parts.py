@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import mitsuba as mi
@@ -11,12 +11,14 @@ import mitsuba as mi
 from purelight_mitsuba.lamps.emitter import PureLightEmitter
 from purelight_mitsuba.lamps.table import Lamps
 from purelight_mitsuba.transport.aimed import AimedLamps
+from purelight_mitsuba.transport.engine import Engine
+from purelight_mitsuba.transport.fused import Fused
 from purelight_mitsuba.transport.light import group_names
 from purelight_mitsuba.transport.media import MediaWarning, ignored
 from purelight_mitsuba.transport.queries import Queries
-from purelight_mitsuba.transport.queued import ShadowRays
+from purelight_mitsuba.transport.queued import Queued
 from purelight_mitsuba.transport.stock import StockEmitters
-from purelight_mitsuba.transport.walk import Walk
+from purelight_mitsuba.transport.walk import NoLamps, Walk
 
 LEAST_QUEUED = 3000  # Multiply-adds per shadow ray, from where on waiting pays.
 
@@ -37,19 +39,18 @@ class SceneParts:
     Arguments:
         key: Differs when the scene has to be prepared anew.
         stock: Mitsuba's own emitters.
-        aimed, walk: None where there is no lamp.
-        later: The engine `queued`; None for `fused`.
+        walk: Follows rays among the lamps.
+        engine: Aims at them.
         groups: Names of the light groups to keep apart.
         media: What to say about participating media, which are left out; empty if there are none.
     """
 
     key: tuple[Any, ...]
     stock: StockEmitters
-    aimed: AimedLamps | None = None
-    walk: Walk | None = None
-    later: ShadowRays | None = None
-    groups: tuple[str, ...] = ()
-    media: str = ""
+    walk: Walk | NoLamps
+    engine: Engine
+    groups: tuple[str, ...]
+    media: str
 
 
 def prepare(scene: mi.Scene, settings: Settings, before: SceneParts | None) -> SceneParts:
@@ -68,19 +69,22 @@ def prepare(scene: mi.Scene, settings: Settings, before: SceneParts | None) -> S
     key = (settings, *scene.emitters(), *state)
     if before is not None and before.key == key:
         return before
-    groups = tuple(group_names(emitters)) if settings.light_groups else ()
-    parts = SceneParts(key, StockEmitters(scene), groups=groups, media=ignored(scene))
-    if parts.media and (before is None or before.media != parts.media):
-        warnings.warn(parts.media, MediaWarning, stacklevel=2)
-    return _with_lamps(parts, Lamps(emitters, scene, groups), settings) if emitters else parts
+    groups, media = tuple(group_names(emitters)) if settings.light_groups else (), ignored(scene)
+    if media and (before is None or before.media != media):
+        warnings.warn(media, MediaWarning, stacklevel=2)
+    walk: Walk | NoLamps = NoLamps(len(groups))
+    engine = Engine()
+    if emitters:
+        walk, engine = _among(Lamps(emitters, scene, groups), settings)
+    return SceneParts(key, StockEmitters(scene), walk, engine, groups, media)
 
 
-def _with_lamps(parts: SceneParts, lamps: Lamps, settings: Settings) -> SceneParts:
+def _among(lamps: Lamps, settings: Settings) -> tuple[Walk, Engine]:
     queued = _queues(settings, lamps)
     queries = Queries(lamps, fast=settings.mode == "fast", queued=queued)
-    aimed, walk = AimedLamps(lamps, queries), Walk(lamps, queries)
-    later = ShadowRays(aimed, walk, lamps.luminaires) if queued else None
-    return replace(parts, aimed=aimed, walk=walk, later=later)
+    aimed = AimedLamps(lamps, queries)
+    walk = Walk(lamps, queries, aimed)
+    return walk, Queued(aimed, walk, lamps.luminaires) if queued else Fused(aimed)
 
 
 def _queues(settings: Settings, lamps: Lamps) -> bool:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import drjit as dr
 import mitsuba as mi
 
 from purelight_mitsuba.lamps.emitter import PureLightEmitter
-from purelight_mitsuba.transport.walk import Segment, power
+from purelight_mitsuba.transport.mis import power
+from purelight_mitsuba.transport.segment import Segment
+from purelight_mitsuba.transport.state import Path, Vertex
 
 
 class StockEmitters:
@@ -34,15 +34,15 @@ class StockEmitters:
     def aim(
         self,
         scene: mi.Scene,
-        si: mi.SurfaceInteraction3f,
-        bsdf: mi.BSDFPtr,
-        path: Any,
+        vertex: Vertex,
+        throughput: mi.Color3f,
         sampler: mi.Sampler,
         active: mi.Bool,
     ) -> list[Segment]:
         """Sends a shadow ray toward one of the emitters, clear of the room's surfaces."""
         if not self:
             return []
+        si = vertex.si
         index, chance = self._choice.sample_pmf(sampler.next_1d(), active)
         emitter = dr.gather(mi.EmitterPtr, self._pointers, index, active)
         ds, light = emitter.sample_direction(si, sampler.next_2d(), active)
@@ -52,26 +52,24 @@ class StockEmitters:
         far = mi.has_flag(emitter.flags(), mi.EmitterFlags.Infinite)
         ray = dr.select(far, si.spawn_ray(ds.d), si.spawn_ray_to(ds.p))
         active = active & ~scene.ray_test(ray, active)
-        value, pdf = bsdf.eval_pdf(mi.BSDFContext(), si, si.to_local(ds.d), active)
+        value, pdf = vertex.bsdf.eval_pdf(mi.BSDFContext(), si, si.to_local(ds.d), active)
         share = dr.select(ds.delta, 1, power(ds.pdf * chance, pdf)) / chance
-        total = path.throughput * value * light * share
+        total = throughput * value * light * share
         ray = si.spawn_ray(ds.d)
         length = dr.select(far, dr.largest(mi.Float), ds.dist)
         return [Segment.of(ray, length, total, active & (dr.max(total) > 0), open=True)]
 
     def hit(
-        self, scene: mi.Scene, si: mi.SurfaceInteraction3f, path: Any, hide: bool
+        self, scene: mi.Scene, si: mi.SurfaceInteraction3f, path: Path, active: mi.Bool
     ) -> mi.Color3f:
         """Light of an emitter, or of the environment, that the path ran into."""
         if not self:
             return mi.Color3f(0)
-        emitter = si.emitter(scene)
-        active = path.active & (emitter != None)  # noqa: E711 - lane by lane
-        if hide:
-            active = active & (path.depth > 0)
-        compete = active & ~path.delta
-        ds = mi.DirectionSample3f(scene, si, path.previous)
-        pdf = emitter.pdf_direction(path.previous, ds, compete)
+        emitter, departure = si.emitter(scene), path.departure
+        active = active & (emitter != None)  # noqa: E711 - lane by lane
+        compete = active & ~departure.delta
+        ds = mi.DirectionSample3f(scene, si, departure.vertex)
+        pdf = emitter.pdf_direction(departure.vertex, ds, compete)
         pdf = pdf * emitter.sampling_weight() / self._total
-        share = dr.select(compete, power(path.pdf, pdf), 1)
+        share = dr.select(compete, power(departure.pdf_solid_angle, pdf), 1)
         return dr.select(active, path.throughput * emitter.eval(si, active) * share, 0)

@@ -2,84 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
 
 import drjit as dr
 import mitsuba as mi
 
-from purelight_mitsuba.lamps.table import Hit, Lamps, Place
-from purelight_mitsuba.sampling.surface_sampler import share
+from purelight_mitsuba.lamps.table import Lamps, Place
+from purelight_mitsuba.transport.aimed import AimedLamps
 from purelight_mitsuba.transport.light import OTHERS, Light
-from purelight_mitsuba.transport.queries import Queries, surface
-
-CUT = 0.1
-NONE = 0xFFFFFFFF
-ANY = 0xFFFFFFFE
-
-
-@dataclass
-class Segment:
-    """A straight line between two points of the room, or to infinity.
-
-    Arguments:
-        weight: What light along it is worth to the pixel. A shadow ray's weight includes the
-            light at its end, except toward a lamp whose radiance is only known on its surface.
-        lamp: The lamp a shadow ray leads to, or NONE.
-        facet: The triangle of the lamp whose light counts, or ANY; NONE if its light is known.
-        open: Whether the known light arrives although no lamp is met.
-    """
-
-    origin: mi.Point3f
-    direction: mi.Vector3f
-    length: mi.Float
-    weight: mi.Color3f
-    lamp: mi.UInt32
-    facet: mi.UInt32
-    open: mi.Bool
-    active: mi.Bool
-
-    @staticmethod
-    def of(
-        ray: mi.Ray3f,
-        length: mi.Float,
-        weight: mi.Color3f,
-        active: mi.Bool,
-        *,
-        lamp: int | mi.UInt32 = NONE,
-        facet: int | mi.UInt32 = NONE,
-        open: bool | mi.Bool = False,
-    ) -> Segment:
-        return Segment(
-            ray.o, ray.d, length, weight, mi.UInt32(lamp), mi.UInt32(facet), mi.Bool(open),
-            mi.Bool(active),
-        )  # fmt: skip
-
-    @staticmethod
-    def none() -> Segment:
-        """A segment that is never walked."""
-        zero = mi.Color3f(0)
-        return Segment.of(dr.zeros(mi.Ray3f), mi.Float(0), zero, mi.Bool(False))
-
-
-@dataclass
-class Vertex:
-    """How a view segment was sampled.
-
-    Arguments:
-        point: Where it begins.
-        pdf: Density of the direction per solid angle.
-        delta: Whether no other technique could have found the direction.
-    """
-
-    point: mi.Point3f
-    pdf: mi.Float
-    delta: mi.Bool
+from purelight_mitsuba.transport.queries import ExitRay, Queries
+from purelight_mitsuba.transport.segment import ANY, NONE, Meeting, Segment
+from purelight_mitsuba.transport.state import Departure
+from purelight_mitsuba.transport.through import Through
 
 
 @dataclass
 class Question:
-    """A point of an exit surface whose radiance is to be known, in the luminaire frame.
+    """A ray of an exit surface whose radiance is to be known.
 
     Arguments:
         weight: What the radiance is worth to the pixel.
@@ -87,9 +28,7 @@ class Question:
         group: Light group of the lamp.
     """
 
-    position: mi.Point3f
-    normal: mi.Normal3f
-    outgoing: mi.Vector3f
+    ray: ExitRay
     weight: mi.Color3f
     asset: mi.UInt32
     group: mi.UInt32
@@ -98,66 +37,64 @@ class Question:
 
 @dataclass
 class Progress:
-    """How far the segments of a lane have been walked."""
+    """How far the segments of a lane have been walked, and what was found.
+
+    Arguments:
+        turn: Which of them is walked.
+        start: How far.
+        last: The lamp met last, or NONE.
+        passed: Bits of the lamps behind (`Place`).
+        through: Transmittance up to here.
+        light: For the pixel.
+        survived: Transmittance of the first segment.
+        question: What is left to ask.
+    """
 
     turn: mi.UInt32
     start: mi.Float
     last: mi.UInt32
     passed: mi.UInt64
     through: mi.Color3f
-    survived: mi.Color3f
     light: Light
-    spoilt: mi.UInt32
+    survived: mi.Color3f
     question: Question
 
     @staticmethod
     def begin(groups: int) -> Progress:
         return Progress(
-            mi.UInt32(0), mi.Float(0), mi.UInt32(NONE), mi.UInt64(0), mi.Color3f(1), mi.Color3f(1),
-            Light.dark(groups), mi.UInt32(0), dr.zeros(Question),
+            mi.UInt32(0), mi.Float(0), mi.UInt32(NONE), mi.UInt64(0), mi.Color3f(1),
+            Light.dark(groups), mi.Color3f(1), dr.zeros(Question),
         )  # fmt: skip
+
+
+Shine = Callable[[Progress, Segment, Meeting], Progress]
 
 
 class Walk:
     """Walks segments through the lamps, all kinds in one loop: networks are traced only once."""
 
-    def __init__(self, lamps: Lamps, queries: Queries) -> None:
-        self._lamps, self._queries = lamps, queries
+    def __init__(self, lamps: Lamps, queries: Queries, aimed: AimedLamps) -> None:
+        self._lamps, self._queries, self._aimed = lamps, queries, aimed
+        self._through = Through(lamps, queries)
 
     def __call__(
-        self,
-        view: Segment,
-        vertex: Vertex,
-        stock: Sequence[Segment],
-        aimed: Sequence[Segment],
-    ) -> tuple[Light, mi.Color3f, mi.UInt32]:
+        self, view: Segment, departure: Departure, shadow_rays: Sequence[Segment]
+    ) -> Progress:
         """Follows a path's own segment and the shadow rays of its last vertex.
 
         Arguments:
             view: Up to the room's next surface; sees every lamp on the way.
-            stock: Shadow rays to emitters of Mitsuba's.
-            aimed: Shadow rays to lamps.
-
-        Returns:
-            Light for the pixel, transmittance of the view segment, and how many answers of
-            networks were spoilt.
+            departure: How its direction was found.
         """
-        end = self._follow([view, *stock, *aimed], vertex)
-        return end.light, end.survived, end.spoilt
+        return self._follow([view, *shadow_rays], partial(self._shine, departure))
 
-    def ask(self, aimed: Segment) -> tuple[Light, Question, mi.UInt32]:
-        """Follows a shadow ray to a lamp without evaluating the lamp's radiance.
+    def ask(self, aimed: Segment) -> Progress:
+        """Follows a shadow ray to a lamp, whose radiance becomes a question."""
+        return self._follow([aimed], self._ask)
 
-        Returns:
-            Light that is known already, what is left to ask, and how many answers of networks were
-            spoilt.
-        """
-        end = self._follow([aimed], None)
-        return end.light, end.question, end.spoilt
-
-    def _follow(self, segments: Sequence[Segment], vertex: Vertex | None) -> Progress:
+    def _follow(self, segments: Sequence[Segment], shine: Shine) -> Progress:
         def body(now: Progress) -> tuple[Progress]:
-            return (self._step(now, _choose(segments, now.turn), vertex),)
+            return (self._step(now, _choose(segments, now.turn), shine),)
 
         (end,) = dr.while_loop(
             (Progress.begin(len(self._lamps.groups)),),
@@ -167,145 +104,96 @@ class Walk:
         )
         return end
 
-    def _step(self, now: Progress, on: Segment, vertex: Vertex | None) -> Progress:
-        """Meets the next lamp of a segment or ends it; without a vertex, none is a view."""
-        viewing = now.turn == 0 if vertex is not None else mi.Bool(False)
+    def _step(self, now: Progress, on: Segment, shine: Shine) -> Progress:
+        """Walks a segment up to behind its next lamp, or to its end."""
+        # Find the next lamp
+        met = self._meet(now, on)
+
+        # What it adds: light that is known already, or its radiance
+        known = dr.select(met.target & (on.facet == NONE), now.through * on.weight, 0)
+        now = shine(replace(now, light=now.light.add(known, met.group)), on, met)
+
+        # What it lets through, which a shadow ray does not ask of the lamp it leads to
+        passing = met.fresh & ~met.target
+        blocking = self._through(on, now.start, met, passing)
+        through, light = now.through * blocking.value, now.light.spoil(blocking.spoilt)
+
+        # Light at the end of a shadow ray that has come so far
+        end = ~(met.hit.valid & (dr.max(through) > 0)) | met.target | self._lamps.single
+        arrives = end & ~met.target & on.active & on.open
+        light = light.add(dr.select(arrives, through * on.weight, 0), self._source(on))
+
+        # Go on behind the lamp, or with the next segment
+        return Progress(
+            turn=now.turn + dr.select(end, mi.UInt32(1), mi.UInt32(0)),
+            start=dr.select(end, 0, _beyond(on, met.point, met.distance, met.place)),
+            last=dr.select(end, mi.UInt32(NONE), met.hit.lamp),
+            passed=dr.select(end, mi.UInt64(0), now.passed | met.place.bit),
+            through=dr.select(end, 1, through),
+            light=light,
+            survived=dr.select(end & (now.turn == 0), through, now.survived),
+            question=now.question,
+        )
+
+    def _meet(self, now: Progress, on: Segment) -> Meeting:
+        """The next lamp on a segment, from where it has been walked to."""
         ray = mi.Ray3f(dr.fma(on.direction, now.start, on.origin), on.direction)
         ray.maxt = on.length - now.start
         hit = self._lamps.intersect(ray, on.active)
-        place = self._lamps.place(hit.lamp, hit.valid)
+        place, group = (
+            self._lamps.place(hit.lamp, hit.valid),
+            self._lamps.group(hit.lamp, hit.valid),
+        )
         fresh = hit.valid & (hit.lamp != now.last) & ((now.passed & place.bit) == 0)
         target = fresh & (hit.lamp == on.lamp)
         distance = now.start + hit.t
-        p = dr.fma(on.direction, distance, on.origin)
+        point = dr.fma(on.direction, distance, on.origin)
         seen = target & ((on.facet == ANY) | (on.facet == hit.facet))
+        return Meeting(hit, place, group, distance, point, fresh, target, seen)
 
-        arriving = now.through * on.weight
-        group = self._lamps.group(hit.lamp, hit.valid)
-        light = now.light.add(dr.select(target & (on.facet == NONE), arriving, 0), group)
-        question, spoilt = now.question, mi.UInt32(0)
-        if vertex is None:
-            asked = Question(
-                *surface(place, hit, p, on.direction), arriving * place.dimmer, place.asset, group,
-                seen,
-            )  # fmt: skip
-            question = dr.select(seen, asked, question)
-        else:
-            shining = (fresh & viewing) | seen
-            part, spoilt_pdf = self._part(on, distance, place, hit, vertex, shining & viewing)
-            shining = shining & (part > 0)
-            radiance, spoilt = self._queries.radiance(place, hit, p, on.direction, shining)
-            light = light.add(dr.select(shining, arriving * radiance * part, 0), group)
-            spoilt = spoilt + spoilt_pdf
-        passing = fresh & ~target
-        met, at, along = self._seen_from(on, now.start, place, hit, p, passing)
-        blocking, spoilt_through = self._queries.transmittance(place, met, at, along, passing)
-        through = now.through * blocking
+    def _shine(self, departure: Departure, now: Progress, on: Segment, met: Meeting) -> Progress:
+        """Adds the radiance of a lamp that a view meets, or to which a shadow ray leads."""
+        viewing = now.turn == 0
+        shining = (met.fresh & viewing) | met.seen
+        part = self._aimed.part_of_finding(on, met, departure, shining & viewing)
+        shining = shining & (part.value > 0)
+        ray = ExitRay.of(met.place, met.hit, met.point, on.direction)
+        radiance = self._queries.radiance(met.place, ray, shining)
+        value = now.through * on.weight * radiance.value * part.value
+        light = now.light.add(dr.select(shining, value, 0), met.group)
+        return replace(now, light=light.spoil(radiance.spoilt + part.spoilt))
 
-        end = ~(hit.valid & (dr.max(through) > 0)) | target | self._lamps.single
-        arrives = end & ~target & on.active & on.open
-        light = light.add(dr.select(arrives, through * on.weight, 0), self._source(on))
-        return Progress(
-            turn=now.turn + dr.select(end, mi.UInt32(1), mi.UInt32(0)),
-            start=dr.select(end, 0, _beyond(on, p, distance, place)),
-            last=dr.select(end, mi.UInt32(NONE), hit.lamp),
-            passed=dr.select(end, mi.UInt64(0), now.passed | place.bit),
-            through=dr.select(end, 1, through),
-            survived=dr.select(end & viewing, through, now.survived),
-            light=light,
-            spoilt=now.spoilt + spoilt + spoilt_through,
-            question=question,
-        )
-
-    def _seen_from(
-        self, on: Segment, start: mi.Float, place: Place, hit: Hit, p: mi.Point3f, active: mi.Bool
-    ) -> tuple[Hit, mi.Point3f, mi.Vector3f]:
-        """From where a lamp's transmittance is that of the segment: hit, its point, and direction.
-
-        It is that of the whole lamp ahead of who asks. If the segment ends at something between the
-        lamp's parts, so that some are beyond, it is asked from there, back along the segment;
-        unless that has some behind it too, and then neither end knows the part between.
-        """
-        end = dr.fma(on.direction, on.length, on.origin)
-        between = active & (on.length < dr.largest(mi.Float)) & (place.radii(end) < 1)
-
-        def choose(
-            on: Segment, start: mi.Float, hit: Hit, p: mi.Point3f, end: mi.Point3f
-        ) -> tuple[Hit, mi.Point3f, mi.Vector3f]:
-            begin = dr.fma(on.direction, start, on.origin)
-            beyond = self._meets(end, on.direction, hit.lamp)
-            behind = self._meets(begin, -on.direction, hit.lamp)
-            back = self._lamps.intersect(mi.Ray3f(end, -on.direction), beyond & ~behind)
-            turned = beyond & ~behind & back.valid & (back.lamp == hit.lamp)
-            at = dr.fma(-on.direction, back.t, end)
-            along = dr.select(turned, -on.direction, on.direction)
-            return dr.select(turned, back, hit), dr.select(turned, at, p), along
-
-        return dr.if_stmt(
-            (on, start, hit, p, end),
-            between,
-            choose,
-            lambda on, start, hit, p, end: (hit, p, on.direction),
-        )
-
-    def _meets(self, origin: mi.Point3f, direction: mi.Vector3f, lamp: mi.UInt32) -> mi.Bool:
-        """Whether a ray's first lamp is this one."""
-        found = self._lamps.intersect(mi.Ray3f(origin, direction), mi.Bool(True))
-        return found.valid & (found.lamp == lamp)
+    @staticmethod
+    def _ask(now: Progress, on: Segment, met: Meeting) -> Progress:
+        """Notes the question of the radiance of a lamp to which a shadow ray leads."""
+        place, worth = met.place, now.through * on.weight * met.place.dimmer
+        ray = ExitRay.of(place, met.hit, met.point, on.direction)
+        asked = Question(ray, worth, place.asset, met.group, met.seen)
+        return replace(now, question=dr.select(met.seen, asked, now.question))
 
     def _source(self, on: Segment) -> mi.UInt32:
         """The light group of a shadow ray's end."""
         lamp = on.lamp != NONE
         return dr.select(lamp, self._lamps.group(on.lamp, lamp), OTHERS)
 
-    def _part(
-        self,
-        on: Segment,
-        distance: mi.Float,
-        place: Place,
-        hit: Hit,
-        vertex: Vertex,
-        active: mi.Bool,
-    ) -> tuple[mi.Float, mi.UInt32]:
-        """The weight of finding a lamp by the BSDF, against aiming at it."""
-        if self._lamps.dark:
-            return mi.Float(1), mi.UInt32(0)
-        compete = active & ~vertex.delta
-        near = share(place.radii(vertex.point))
-        pdf, spoilt = self._queries.pdf_solid_angle(
-            place, on.origin, on.direction, compete & (near < 1)
-        )
-        (pdf_surface,) = dr.if_stmt(
-            (place, hit, on.direction * (distance / place.scale)),
-            compete & (near > 0),
-            lambda *arguments: (self._pdf_surface(*arguments),),
-            lambda *_: (mi.Float(0),),
-        )
-        chance = self._lamps.probability(hit.lamp, vertex.point, compete)
-        heuristic = cutoff if self._queries.fast else power
-        part = dr.lerp(
-            heuristic(vertex.pdf, pdf * chance), power(vertex.pdf, pdf_surface * chance), near
-        )
-        return dr.select(compete, part, 1), spoilt
 
-    def _pdf_surface(self, place: Place, hit: Hit, toward: mi.Vector3f) -> mi.Float:
-        """The density of the surface sampler for where a lamp was met."""
-        facet = hit.facet - self._lamps.first_facet(hit.lamp)
-        local = place.direction_to_local(toward)
-        return self._lamps.surface.pdf_solid_angle(
-            place.asset, facet, hit.normal, local, mi.Bool(True)
-        )
+class NoLamps:
+    """The walk of a room without lamps: all light arrives.
 
+    Arguments:
+        groups: How many light groups are kept apart.
+    """
 
-def power(a: mi.Float, b: mi.Float) -> mi.Float:
-    """Veach's power heuristic, free of overflow; zero where a is."""
-    ratio = dr.select(a > 0, b / a, dr.inf)
-    return 1 / (1 + dr.square(ratio))
+    def __init__(self, groups: int) -> None:
+        self._groups = groups
 
-
-def cutoff(a: mi.Float, b: mi.Float) -> mi.Float:
-    """Veach's cutoff heuristic: as `power`, but a tenth of the other density is worth nothing."""
-    return dr.select(a < CUT * b, 0, dr.select(b < CUT * a, 1, power(a, b)))
+    def __call__(
+        self, view: Segment, departure: Departure, shadow_rays: Sequence[Segment]
+    ) -> Progress:
+        end = Progress.begin(self._groups)
+        for ray in shadow_rays:
+            end.light = end.light.add(dr.select(ray.active, ray.weight, 0))
+        return end
 
 
 def _choose(segments: Sequence[Segment], turn: mi.UInt32) -> Segment:
