@@ -12,14 +12,10 @@ from purelight_format.color import lumens
 from purelight_format.issues import plain
 from purelight_format.members import manifest
 from purelight_format.members.fidelity import fidelity_words
+from purelight_format.networks.kinds import KINDS
 from purelight_format.srgb import encode
 
-ABILITIES = {
-    "appearance": "be looked at, and light a room",
-    "transparency": "be seen through",
-    "sampler": "sample its own light (accurate mode)",
-    "fast_map": "light from a 16 x 16 map (fast mode)",
-}
+ABILITIES = {name: kind.ability for name, kind in KINDS.items() if kind.ability}
 WIDTH = 14
 LONGEST = 9  # Lines for each open-ended table, so that all fits on one screen.
 

@@ -33,7 +33,7 @@ from purelight_format.color import LUMINANCE
 from purelight_format.measures import BoundingSphere, cap, cap_to_direction
 from purelight_format.networks import probes
 from purelight_format.networks.golden import FLOOR, Evaluation, judge
-from purelight_format.networks.vectors import SIGNATURES
+from purelight_format.networks.probes import Extent
 
 EXACT = 1e-5  # Floor of tolerances where no network is involved.
 ROWS = (0, 1, 65_537)
@@ -123,7 +123,7 @@ class Cases:
     # Networks
 
     def _networks(self) -> Iterator[VectorSet]:
-        for network in SIGNATURES:
+        for network in self._lamps["wild"].models:
             yield self._of_network("wild", network, 16 if network == "fast_map" else 64)
             for name, flag in HARD.items():
                 if network in self._lamps[name].models:
@@ -377,7 +377,8 @@ class Cases:
 
     def _area(self) -> VectorSet:
         rng, surface = np.random.default_rng(10), self._lamps["wild"].surface
-        inputs = probes.surface_probes(surface.positions, surface.triangles[:8], 64, rng)
+        lamp = Extent(surface.positions, surface.triangles[:8], lamps.SPHERE, 15.0)
+        inputs = probes.surface_probes(lamp, 64, rng)
         point = probes.points(lamps.SPHERE, 100.0, 64, rng)
         facing = np.abs(cosine(inputs["position"] - point, inputs["normal"]))
         pdf = rng.uniform(0.1, 10, 64)

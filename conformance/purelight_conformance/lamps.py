@@ -16,19 +16,13 @@ from purelight_format.bundle import Bundle
 from purelight_format.measures import BoundingSphere, frame
 from purelight_format.members.manifest import Manifest, NetworkInfo
 from purelight_format.members.surface import Surface
-from purelight_format.networks import probes
 from purelight_format.networks.golden import golden_vectors
+from purelight_format.networks.kinds import KINDS
+from purelight_format.networks.probes import Extent
 from purelight_format.networks.profile import inspect
 
 CANDIDATES = 256
 SCALE = 7.0
-UNITS = {
-    "appearance": {"radiance": 1.0},
-    "transparency": {"transmittance": 1.0},
-    "sampler": {"toward": 1.0, "pdf_solid_angle": 0.0},
-    "sampler_pdf": {"pdf_solid_angle": 0.0},
-    "fast_map": {"radiance_map": 1.0},
-}  # Of the radiance in units of the radiance scale.
 
 
 @dataclass(frozen=True)
@@ -69,11 +63,8 @@ class Lamp:
     def _golden(
         self, network: str, model: bytes, surface: Surface, unit: float
     ) -> dict[str, bytes]:
-        units = {
-            name: value * unit if name.startswith("radiance") else value
-            for name, value in UNITS[network].items()
-        }
         candidates = probe(network, self.emission, surface, CANDIDATES, seed=3)
+        units = KINDS[network].units(unit)
         return golden_vectors(network, model, candidates, units).to_members()
 
 
@@ -81,15 +72,8 @@ def probe(
     network: str, emission: Emission, surface: Surface, count: int, seed: int
 ) -> dict[str, np.ndarray]:
     """Inputs of a network, the hard cases first."""
-    rng = np.random.default_rng(seed)
-    sphere, r_max = emission.sphere, emission.r_max
-    if network in ("appearance", "transparency"):
-        return probes.surface_probes(surface.positions, surface.triangles, count, rng)
-    if network == "sampler":
-        return probes.sampler_probes(sphere, r_max, count, rng)
-    if network == "sampler_pdf":
-        return probes.pdf_probes(sphere, r_max, count, rng)
-    return {"point": probes.points(sphere, r_max, count, rng)}
+    extent = Extent(surface.positions, surface.triangles, emission.sphere, emission.r_max)
+    return KINDS[network].probes(extent, count, np.random.default_rng(seed))
 
 
 def octahedron(sphere: BoundingSphere) -> Surface:

@@ -47,7 +47,7 @@ def _parser() -> command.Parser:
 
 
 def _networks(text: str) -> tuple[str, ...]:
-    chosen = tuple(dict.fromkeys(["appearance", *filter(None, text.split(","))]))
+    chosen = tuple(filter(None, text.split(",")))
     unknown = [name for name in chosen if name not in CHOICES]
     if unknown:
         raise argparse.ArgumentTypeError(f"no network {unknown[0]!r}; choose from {CHOICES}")

@@ -22,6 +22,7 @@ from purelight_format.members import PHOTOMETRY, PREVIEW
 from purelight_format.members.manifest import Manifest, NetworkInfo
 from purelight_format.members.surface import Surface
 from purelight_format.networks.golden import golden_vectors
+from purelight_format.networks.probes import Extent
 from purelight_format.networks.profile import inspect
 from purelight_format.srgb import png
 from purelight_format.usd import asset_layer
@@ -53,7 +54,7 @@ def export(
 
     Arguments:
         run_path: A finished run directory.
-        networks: Which of `CHOICES` the bundle carries; appearance always.
+        networks: Which of `CHOICES` the bundle carries; what is required always.
         compact: Whether grid tables are stored with 15 bits.
         name: What to call the lamp; like its scene by default.
         lumens: Luminous flux that all of its light is scaled to; as traced by default.
@@ -73,14 +74,9 @@ def export(
     if lumens is not None:
         run = replace(run, power=_power(run, lumens))
     lamp = Facts(run, name or Path(run.config["luminaire"]).stem, lumens)
-    wanted = [choice for choice in CHOICES if choice == "appearance" or choice in networks]
-    surface = lamp.surface
-    parts = make_parts(
-        lamp.run.networks(), lamp.run.description, (surface.positions, surface.triangles), wanted,
-        compact=compact,
-    )  # fmt: skip
+    parts = make_parts(run, lamp.extent, networks, compact=compact)
     members, infos, errors = _networks(parts, compact=compact)
-    members |= surface.to_members()
+    members |= lamp.surface.to_members()
     members[PHOTOMETRY] = lamp.photometry
     manifest = lamp.manifest(infos, {"onnx_error": errors}, compact=compact)
     members[PREVIEW] = _preview(manifest, members)
@@ -118,6 +114,11 @@ class Facts:
         total = flux.sum(0)
         flux *= np.divide(self.run.description.flux, total, out=np.zeros(3), where=total > 0)
         return Surface(arrays["positions"], arrays["triangles"], flux.astype(np.float32))
+
+    @property
+    def extent(self) -> Extent:
+        surface, about = self.surface, self.run.description
+        return Extent(surface.positions, surface.triangles, about.sphere, about.r_max)
 
     @cached_property
     def intensity(self) -> Intensity:

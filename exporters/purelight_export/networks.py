@@ -1,6 +1,10 @@
-"""The five networks of a bundle as ONNX, from the trained modules of `purelight_train`."""
+"""The networks of a bundle as ONNX, from the trained modules of `purelight_train`."""
 
 from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -9,13 +13,15 @@ from purelight_export.flow import flow_density, flow_sample
 from purelight_export.graph import Graph, Value
 from purelight_export.grid import grid
 from purelight_format.measures import Cap, cap, cap_to_direction, direction_to_cap, encode_point
+from purelight_train.light.description import Description
 from purelight_train.networks.encodings import GridEncoding
 from purelight_train.networks.fast_map import SIZE, FastMap
 from purelight_train.networks.point_encoding import ANGLE_BINS, PointEncoding
-from purelight_train.networks.sampler import Sampler
+from purelight_train.networks.sampler import UNIFORM_FRACTION, Sampler
 from purelight_train.networks.student import Student
 from purelight_train.networks.surface_network import SurfaceNetwork, refracted
 from purelight_train.networks.transparency import Transparency
+from purelight_train.presets import Preset
 
 
 def appearance(student: Student, *, compact: bool = False) -> bytes:
@@ -135,3 +141,31 @@ def _pdf(network: Sampler, density: Value, view: Cap[Value]) -> Value:
     """Density per solid angle of the defensive mixture: [N, 1]."""
     b = network.uniform_fraction
     return (density * (1 - b) + b) / view.solid_angle
+
+
+@dataclass(frozen=True)
+class Exported:
+    """Where a network of the bundle comes from.
+
+    Arguments:
+        trained: name of the network in the run directory.
+        module: class of that network.
+        graph: makes ONNX bytes of it; takes `compact`.
+        method: of the module, which the graph must equal.
+        uniform_fraction: weight of the uniform cap, for the sampler.
+    """
+
+    trained: str
+    module: Callable[[Description, Preset], Any]
+    graph: Callable[..., bytes]
+    method: str = "forward"
+    uniform_fraction: float | None = None
+
+
+EXPORTED = {
+    "appearance": Exported("student", Student, appearance),
+    "transparency": Exported("transparency", Transparency, transparency),
+    "sampler": Exported("sampler", Sampler, sampler, uniform_fraction=UNIFORM_FRACTION),
+    "sampler_pdf": Exported("sampler", Sampler, sampler_pdf, "pdf_solid_angle"),
+    "fast_map": Exported("fast_map", FastMap, fast_map),
+}

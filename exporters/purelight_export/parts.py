@@ -3,27 +3,22 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Callable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import torch
 from torch import nn
 
-from purelight_export import networks
+from purelight_export.networks import EXPORTED, Exported
 from purelight_format.errors import PureLightError
-from purelight_format.networks.probes import (
-    Arrays,
-    pdf_probes,
-    points,
-    sampler_probes,
-    surface_probes,
-)
+from purelight_format.networks.kinds import KINDS
+from purelight_format.networks.probes import Arrays, Extent
 from purelight_onnx.session import Session
-from purelight_train.light.description import Description
-from purelight_train.runs.run_directory import Networks
+from purelight_train.runs.run_directory import RunDirectory
 
-CHOICES = ("appearance", "transparency", "sampler", "fast_map")
+BROUGHT = {name for kind in KINDS.values() for name in kind.needs}
+CHOICES = tuple(name for name in EXPORTED if name not in BROUGHT)
 AGREEMENT = {"fp32": 1e-3, "compact": 2e-2}
 PROBES = 512
 
@@ -52,53 +47,33 @@ class Part:
 
 
 def make_parts(
-    trained: Networks,
-    description: Description,
-    surface: tuple[np.ndarray, np.ndarray],
-    wanted: Sequence[str],
-    *,
-    compact: bool = False,
+    run: RunDirectory, extent: Extent, wanted: Sequence[str], *, compact: bool = False
 ) -> list[Part]:
-    """Builds the wanted networks that the run has; a sampler brings its pdf network along."""
+    """Builds networks that the run has: those that are wanted or required, and what they need.
+
+    Arguments:
+        run: A finished run directory.
+        wanted: Some of `CHOICES`.
+    """
     rng = np.random.default_rng(0)
-    see_through = trained.transparency
-    sphere, r_max, scale = description.sphere, description.r_max, description.radiance_scale
-    makers: dict[str, Callable[[], list[Part]]] = {
-        "appearance": lambda: [
-            Part(
-                "appearance", networks.appearance(trained.student, compact=compact),
-                trained.student, "forward", surface_probes(*surface, PROBES, rng),
-                {"radiance": scale},
-            )
-        ],
-        "transparency": lambda: [] if see_through is None else [
-            Part(
-                "transparency", networks.transparency(see_through, compact=compact),
-                see_through, "forward", surface_probes(*surface, PROBES, rng),
-                {"transmittance": 1.0},
-            )
-        ],
-        "sampler": lambda: [
-            Part(
-                "sampler", networks.sampler(trained.sampler, compact=compact),
-                trained.sampler, "forward", sampler_probes(sphere, r_max, PROBES, rng),
-                {"toward": 1.0, "pdf_solid_angle": 0.0}, trained.sampler.uniform_fraction,
-            ),
-            Part(
-                "sampler_pdf", networks.sampler_pdf(trained.sampler, compact=compact),
-                trained.sampler, "pdf_solid_angle", pdf_probes(sphere, r_max, PROBES, rng),
-                {"pdf_solid_angle": 0.0},
-            ),
-        ],
-        "fast_map": lambda: [
-            Part(
-                "fast_map", networks.fast_map(trained.fast_map, compact=compact),
-                trained.fast_map, "forward", {"point": points(sphere, r_max, PROBES, rng)},
-                {"radiance_map": scale},
-            )
-        ],
-    }  # fmt: skip
-    return [part for name in CHOICES if name in wanted for part in makers[name]()]
+    names = {name for name, kind in KINDS.items() if kind.required or name in wanted}
+    names |= {other for name in names for other in KINDS[name].needs}
+    chosen = {k: made for k, made in EXPORTED.items() if k in names and run.finished(made.trained)}
+    modules = _modules(run, chosen.values())
+    return [
+        Part(
+            name, made.graph(modules[made.trained], compact=compact), modules[made.trained],
+            made.method, KINDS[name].probes(extent, PROBES, rng),
+            KINDS[name].units(run.description.radiance_scale), made.uniform_fraction,
+        )
+        for name, made in chosen.items()
+    ]  # fmt: skip
+
+
+def _modules(run: RunDirectory, chosen: Iterable[Exported]) -> dict[str, nn.Module]:
+    """The trained networks that some are made from, each read once."""
+    kinds = {made.trained: made.module for made in chosen}
+    return {trained: run.network(trained, kind) for trained, kind in kinds.items()}
 
 
 def disagreement(part: Part) -> float:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from purelight_format.measures import BoundingSphere, cap, cap_to_direction, frame
@@ -12,15 +14,26 @@ EDGE_RADII = (0.0, 0.5, 1 - 1e-5, 1 + 1e-4, 1.001, 1.1, 2.0, 14.9, 20.0, 1e3, 1e
 EDGE_UNIFORMS = ((0.0, 0.0), (1 - 2**-24, 1 - 2**-24), (0.5, 0.5), (0.02, 0.3), (0.3, 1 - 2**-24))
 
 
-def surface_probes(
-    positions: np.ndarray, triangles: np.ndarray, count: int, rng: np.random.Generator
-) -> Arrays:
-    """Points on the exit surface with directions by cosine, every eighth one grazing.
+@dataclass(frozen=True)
+class Extent:
+    """Where a lamp is, and as far as which its networks know it.
 
     Arguments:
-        positions: [V, 3]; triangles: [T, 3].
+        positions: [V, 3] of its exit surface, in metres.
+        triangles: [T, 3].
+        sphere: the bounding sphere.
+        r_max: in radii.
     """
-    corner = positions.astype(np.float64)[triangles]
+
+    positions: np.ndarray
+    triangles: np.ndarray
+    sphere: BoundingSphere
+    r_max: float
+
+
+def surface_probes(lamp: Extent, count: int, rng: np.random.Generator) -> Arrays:
+    """Points on the exit surface with directions by cosine, every eighth one grazing."""
+    corner = lamp.positions.astype(np.float64)[lamp.triangles]
     cross = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
     area = np.linalg.norm(cross, axis=1)
     chosen = rng.choice(len(area), count, p=area / area.sum())
@@ -49,22 +62,23 @@ def points(
     return (np.array(sphere.center) + offset).astype(np.float32)
 
 
-def sampler_probes(
-    sphere: BoundingSphere, r_max: float, count: int, rng: np.random.Generator
-) -> Arrays:
+def point_probes(lamp: Extent, count: int, rng: np.random.Generator) -> Arrays:
+    """Points alone."""
+    return {"point": points(lamp.sphere, lamp.r_max, count, rng)}
+
+
+def sampler_probes(lamp: Extent, count: int, rng: np.random.Generator) -> Arrays:
     """Points and uniforms, edges of one with ordinary values of the other."""
     u = rng.random((count, 2))
     start = len(EDGE_RADII)
     u[start : start + len(EDGE_UNIFORMS)] = EDGE_UNIFORMS
-    return _float32({"point": points(sphere, r_max, count, rng), "u": u})
+    return _float32({**point_probes(lamp, count, rng), "u": u})
 
 
-def pdf_probes(
-    sphere: BoundingSphere, r_max: float, count: int, rng: np.random.Generator
-) -> Arrays:
+def pdf_probes(lamp: Extent, count: int, rng: np.random.Generator) -> Arrays:
     """Points and directions in the cap, every eighth one beside it."""
-    point = points(sphere, r_max, count, rng)
-    view = cap(point.astype(np.float64), sphere)
+    point = points(lamp.sphere, lamp.r_max, count, rng)
+    view = cap(point.astype(np.float64), lamp.sphere)
     toward = cap_to_direction(rng.uniform(0.02, 0.98, (count, 2)), view)
     toward[::8] = -toward[::8]
     return _float32({"point": point, "toward": toward})

@@ -13,6 +13,7 @@ from purelight_format.errors import PureLightError
 from purelight_format.issues import fail
 from purelight_format.limits import LIMITS, Limits
 from purelight_format.members import npy
+from purelight_format.networks.kinds import KINDS
 
 Shapes = dict[str, tuple[int, ...]]
 
@@ -24,14 +25,12 @@ class Signature(NamedTuple):
     outputs: Shapes
 
 
-_SURFACE_POINT: Shapes = {"position": (3,), "normal": (3,), "outgoing": (3,)}
-
 SIGNATURES = {
-    "appearance": Signature(_SURFACE_POINT, {"radiance": (3,)}),
-    "transparency": Signature(_SURFACE_POINT, {"transmittance": (3,)}),
-    "sampler": Signature({"point": (3,), "u": (2,)}, {"toward": (3,), "pdf_solid_angle": ()}),
-    "sampler_pdf": Signature({"point": (3,), "toward": (3,)}, {"pdf_solid_angle": ()}),
-    "fast_map": Signature({"point": (3,)}, {"radiance_map": (16, 16, 3)}),
+    network: Signature(
+        {name: given.shape for name, given in kind.inputs.items()},
+        {name: answer.shape for name, answer in kind.outputs.items()},
+    )
+    for network, kind in KINDS.items()
 }
 
 
@@ -117,8 +116,7 @@ class Comparison:
 
     Arguments:
         passed: [N] whether every output of a vector is within tolerance.
-        error: the largest error by output: of log1p(radiance / scale), of the density relative
-            to it, or absolute for directions and transmittance.
+        error: the largest error by output, as its kind measures it.
     """
 
     passed: np.ndarray
@@ -141,13 +139,13 @@ def compare(
     Raises:
         PureLightError: If an output is missing or has another shape.
     """
-    passed = np.ones(len(vectors), bool)
-    errors = {}
+    passed, errors, answers = np.ones(len(vectors), bool), {}, KINDS[vectors.network].outputs
     for name, expected in vectors.outputs.items():
         result = _result(results, name, expected.shape)
         with np.errstate(all="ignore"):
             within = np.abs(result - expected) <= vectors.tolerances[name]
-            error = np.abs(_metric(name, result, expected, radiance_scale)).max(initial=0)
+            off = answers[name].yardstick.error(result, expected, radiance_scale)
+            error = np.abs(off).max(initial=0)
         passed &= within.reshape(len(vectors), -1).all(1)
         errors[name] = float(error) if np.isfinite(result).all() else math.inf
     return Comparison(passed, errors)
@@ -158,15 +156,3 @@ def _result(results: Mapping[str, np.ndarray], name: str, shape: tuple[int, ...]
     if result.shape != shape:
         raise PureLightError(f"{name} has the shape {result.shape}, but must have {shape}")
     return result
-
-
-def _metric(
-    name: str, result: np.ndarray, expected: np.ndarray, radiance_scale: float
-) -> np.ndarray:
-    if name in ("radiance", "radiance_map"):
-        low = -0.5 * radiance_scale  # A wrong sign is an error, not an invalid logarithm.
-        wrong, right = (np.log1p(np.maximum(y, low) / radiance_scale) for y in (result, expected))
-        return wrong - right
-    if name == "pdf_solid_angle":
-        return (result - expected) / np.where(expected == 0, 1, expected)
-    return result - expected

@@ -29,8 +29,9 @@ from purelight_format.members.container import Entry
 from purelight_format.members.manifest import Manifest, NetworkInfo
 from purelight_format.members.surface import Surface
 from purelight_format.networks import reference, vectors
+from purelight_format.networks.kinds import KINDS
 from purelight_format.networks.profile import NetworkCost, inspect
-from purelight_format.networks.vectors import SIGNATURES, Vectors
+from purelight_format.networks.vectors import Vectors
 from purelight_format.usd import layer, side_layer
 from purelight_format.validation.report import Report
 
@@ -70,7 +71,7 @@ class Examination:
     @property
     def networks(self) -> dict[str, NetworkInfo]:
         """The networks that this version knows."""
-        return {name: i for name, i in self.manifest.networks.items() if name in SIGNATURES}
+        return {name: i for name, i in self.manifest.networks.items() if name in KINDS}
 
     def read(self, member: str) -> bytes:
         """Bytes of a member.
@@ -243,9 +244,10 @@ def _small(examination: Examination, name: str) -> Iterator[Issue]:
 
 def _networks(examination: Examination) -> Iterator[Issue]:
     where = f"{MANIFEST}/networks"
-    for name in sorted(examination.manifest.networks.keys() - SIGNATURES.keys()):
+    for name in sorted(examination.manifest.networks.keys() - KINDS.keys()):
         yield issue("PLX_MANIFEST_NETWORK_UNKNOWN", f"{where}/{name}")
-    needed = {"appearance"} | ({"sampler_pdf"} if "sampler" in examination.networks else set())
+    needed = {name for name, kind in KINDS.items() if kind.required}
+    needed |= {other for name in examination.networks for other in KINDS[name].needs}
     for name in sorted(needed - examination.networks.keys()):
         yield issue("PLX_MANIFEST_NETWORK_MISSING", where, network=name)
     for name, info in examination.networks.items():
@@ -287,8 +289,8 @@ def _vectors(examination: Examination) -> Iterator[Issue]:
             continue
         found = Vectors.from_members(network, examination.read, examination.limits)
         work += len(found) * examination.costs[network].nanoseconds / 1e6
-        for name, tolerance in found.tolerances.items():
-            ratio = _looseness(found.outputs[name], tolerance, examination.manifest)
+        for name, unit in KINDS[network].units(examination.manifest.radiance_scale).items():
+            ratio = _looseness(found.outputs[name], found.tolerances[name], unit)
             if ratio > LOOSE:
                 where = f"vectors/{network}.{name}"
                 yield issue("PLX_GOLDEN_TOLERANCE_LOOSE", where, ratio=ratio)
@@ -297,11 +299,10 @@ def _vectors(examination: Examination) -> Iterator[Issue]:
         yield issue("PLX_GOLDEN_COST", "vectors", size=round(work), limit=limit)
 
 
-def _looseness(output: np.ndarray, tolerance: np.ndarray, manifest: Manifest) -> float:
-    """The largest tolerance of a vector relative to its largest value, or to the scale."""
+def _looseness(output: np.ndarray, tolerance: np.ndarray, unit: float) -> float:
+    """The largest tolerance of a vector relative to its largest value, and to the unit."""
     size, width = (np.abs(a).reshape(len(a), -1).max(1) for a in (output, tolerance))
-    floor = manifest.radiance_scale if output.ndim > 1 and output.shape[-1] == 3 else 0.0
-    return float((width / np.maximum(size + floor, np.finfo(float).tiny)).max())
+    return float((width / np.maximum(size + unit, np.finfo(float).tiny)).max())
 
 
 def _values(examination: Examination) -> Iterator[Issue]:

@@ -28,7 +28,7 @@ def write(path: Path, network: str, error: float) -> Path:
     return path
 
 
-@pytest.mark.parametrize("network", SIGNATURES)
+@pytest.mark.parametrize("network", lamp.NETWORKS)
 def test_onnx_runtime_refuses_a_network_that_misses(network: str, tmp_path: Path) -> None:
     Luminaire.open(write(tmp_path / "good.plux", network, 0.0)).network(network)
     wrong = write(tmp_path / "wrong.plux", network, 1e-2)
@@ -37,7 +37,7 @@ def test_onnx_runtime_refuses_a_network_that_misses(network: str, tmp_path: Path
     Luminaire.open(wrong, check_vectors=False).network(network)
 
 
-@pytest.mark.parametrize("network", SIGNATURES)
+@pytest.mark.parametrize("network", lamp.NETWORKS)
 def test_mitsuba_refuses_a_network_that_misses(network: str, tmp_path: Path) -> None:
     load(write(tmp_path / "good.plux", network, 0.0)).network(network)
     wrong = load(write(tmp_path / "wrong.plux", network, 1e-2))

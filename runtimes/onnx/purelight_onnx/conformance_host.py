@@ -13,7 +13,7 @@ from purelight_conformance import protocol
 from purelight_format import measures
 from purelight_format.errors import PureLightError
 from purelight_format.measures import BoundingSphere, Placement
-from purelight_format.networks.vectors import SIGNATURES
+from purelight_format.networks.kinds import KINDS
 from purelight_onnx import lighting
 from purelight_onnx.luminaire import Luminaire
 from purelight_onnx.viewer import shade
@@ -28,10 +28,9 @@ class OnnxHost:
     name = "purelight-onnx"
     version = metadata.version("purelight")
     operations: tuple[str, ...] = (
-        "appearance", "transparency", "sampler", "sampler_pdf", "fast_map", "frame",
-        "square_to_disk", "disk_to_square", "cap", "cap_to_direction", "direction_to_cap",
-        "area_to_solid_angle", "instance_radiance", "instance_sample", "view", "estimate",
-        "map_estimate", protocol.READER,
+        *KINDS, "frame", "square_to_disk", "disk_to_square", "cap", "cap_to_direction",
+        "direction_to_cap", "area_to_solid_angle", "instance_radiance", "instance_sample", "view",
+        "estimate", "map_estimate", protocol.READER,
     )  # fmt: skip
 
     def __init__(self) -> None:
@@ -40,11 +39,13 @@ class OnnxHost:
     def open(self, path: str) -> None:
         self._lamp = None
         lamp = Luminaire.open(path)
-        for network in filter(lamp.has, SIGNATURES):
+        for network in filter(lamp.has, KINDS):
             lamp.network(network)  # Loaded now, so that its golden vectors are compared.
         self._lamp = lamp
 
     def evaluate(self, operation: str, parameters: Parameters, inputs: Arrays) -> Arrays:
+        if operation in KINDS:
+            return self.lamp.evaluate(operation, **inputs)
         answer: Arrays = getattr(self, f"_{operation}")(parameters, **inputs)
         return answer
 
@@ -53,24 +54,6 @@ class OnnxHost:
         if self._lamp is None:
             raise PureLightError("open a bundle first")
         return self._lamp
-
-    # Networks
-
-    def _appearance(self, _: Parameters, **surface: np.ndarray) -> Arrays:
-        return {"radiance": self.lamp.radiance(**surface)}
-
-    def _transparency(self, _: Parameters, **surface: np.ndarray) -> Arrays:
-        return {"transmittance": self.lamp.transmittance(**surface)}
-
-    def _sampler(self, _: Parameters, point: np.ndarray, u: np.ndarray) -> Arrays:
-        toward, pdf = self.lamp.sample(point, u)
-        return {"toward": toward, "pdf_solid_angle": pdf}
-
-    def _sampler_pdf(self, _: Parameters, point: np.ndarray, toward: np.ndarray) -> Arrays:
-        return {"pdf_solid_angle": self.lamp.pdf_solid_angle(point, toward)}
-
-    def _fast_map(self, _: Parameters, point: np.ndarray) -> Arrays:
-        return {"radiance_map": self.lamp.radiance_map(point)}
 
     # Geometry
 

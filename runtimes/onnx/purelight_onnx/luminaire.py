@@ -12,6 +12,7 @@ import numpy as np
 from purelight_format.bundle import Bundle
 from purelight_format.errors import PureLightError
 from purelight_format.members.manifest import Manifest
+from purelight_format.networks.kinds import KINDS, Input
 from purelight_format.networks.vectors import Vectors, compare
 from purelight_onnx.exit_surface import ExitSurface
 from purelight_onnx.session import Session
@@ -70,15 +71,15 @@ class Luminaire:
         Returns:
             [N, 3] in W/(m² sr).
         """
-        feed = _surface_inputs(position, normal, outgoing)
-        return self.network("appearance")(feed)["radiance"]
+        surface = {"position": position, "normal": normal, "outgoing": outgoing}
+        return self.evaluate("appearance", **surface)["radiance"]
 
     def transmittance(
         self, position: np.ndarray, normal: np.ndarray, outgoing: np.ndarray
     ) -> np.ndarray:
         """Throughput of the line through the whole luminaire that leaves here: [N, 3] in [0, 1]."""
-        feed = _surface_inputs(position, normal, outgoing)
-        return self.network("transparency")(feed)["transmittance"]
+        surface = {"position": position, "normal": normal, "outgoing": outgoing}
+        return self.evaluate("transparency", **surface)["transmittance"]
 
     def sample(self, point: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Samples directions from shading points toward the luminaire.
@@ -91,16 +92,12 @@ class Luminaire:
             toward [N, 3] unit directions, pdf_solid_angle [N] in 1/sr; the pdf is zero for points
             inside the bounding sphere, which this sampler does not serve.
         """
-        uniform = _rows("u", u, 2)
-        if uniform.size and (uniform.min() < 0 or uniform.max() > 1):
-            raise PureLightError("u must lie in [0, 1]")
-        result = self.network("sampler")({"point": _rows("point", point, 3), "u": uniform})
+        result = self.evaluate("sampler", point=point, u=u)
         return result["toward"], result["pdf_solid_angle"]
 
     def pdf_solid_angle(self, point: np.ndarray, toward: np.ndarray) -> np.ndarray:
         """Density of `sample` per solid angle: two of [N, 3] -> [N] in 1/sr."""
-        feed = {"point": _rows("point", point, 3), "toward": _directions("toward", toward)}
-        return self.network("sampler_pdf")(feed)["pdf_solid_angle"]
+        return self.evaluate("sampler_pdf", point=point, toward=toward)["pdf_solid_angle"]
 
     def radiance_map(self, point: np.ndarray) -> np.ndarray:
         """Mean radiance in the 16 x 16 equal-area cells of the cap seen from each point.
@@ -111,7 +108,26 @@ class Luminaire:
         Returns:
             [N, 16, 16, 3] in W/(m² sr), row v then column u of the cap's square.
         """
-        return self.network("fast_map")({"point": _rows("point", point, 3)})["radiance_map"]
+        return self.evaluate("fast_map", point=point)["radiance_map"]
+
+    def evaluate(self, network: str, **inputs: np.ndarray) -> dict[str, np.ndarray]:
+        """Answers of any network of the bundle.
+
+        Arguments:
+            network: a key of `KINDS`.
+            inputs: [N, ...] each, by the names of its kind.
+
+        Returns:
+            [N, ...] by the names of its kind.
+
+        Raises:
+            PureLightError: If the bundle lacks it, or an input is missing or is not what it
+                should be.
+        """
+        session, asked = self.network(network), KINDS[network].inputs
+        if inputs.keys() != asked.keys():
+            raise PureLightError(f"{network} takes {', '.join(asked)}, not {', '.join(inputs)}")
+        return session({name: _checked(name, inputs[name], asked[name]) for name in asked})
 
     def network(self, name: str) -> Session:
         """Returns a network's session, loaded and checked at the first call.
@@ -152,34 +168,27 @@ def check(network: Callable[..., dict[str, np.ndarray]], vectors: Vectors) -> No
         )
 
 
-def _surface_inputs(
-    position: np.ndarray, normal: np.ndarray, outgoing: np.ndarray
-) -> dict[str, np.ndarray]:
-    return {
-        "position": _rows("position", position, 3),
-        "normal": _directions("normal", normal),
-        "outgoing": _directions("outgoing", outgoing),
-    }
+def _checked(name: str, array: np.ndarray, asked: Input) -> np.ndarray:
+    """Returns an input as float32, if it is what a network takes."""
+    rows = _rows(name, array, asked.shape)
+    if asked.square and rows.size and (rows.min() < 0 or rows.max() > 1):
+        raise PureLightError(f"{name} must lie in [0, 1]")
+    length = np.linalg.norm(rows.astype(np.float64), axis=1)
+    if asked.unit and (np.abs(length - 1) > UNIT_TOLERANCE).any():
+        raise PureLightError(f"{name} must have unit length")
+    return rows
 
 
-def _rows(name: str, array: np.ndarray, width: int) -> np.ndarray:
-    """Returns finite float32 rows [N, width]."""
+def _rows(name: str, array: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
+    """Returns finite float32 rows [N, *shape]."""
     try:
         with np.errstate(over="ignore"):
             rows = np.asarray(array).astype(np.float32)
     except (TypeError, ValueError):
         raise PureLightError(f"{name} must be an array of numbers") from None
-    if rows.ndim != 2 or rows.shape[1] != width:
-        raise PureLightError(f"{name} must have shape [N, {width}], not {list(rows.shape)}")
+    if rows.shape[1:] != shape or rows.ndim == 0:
+        sizes = ", ".join(map(str, ("N", *shape)))
+        raise PureLightError(f"{name} must have shape [{sizes}], not {list(rows.shape)}")
     if not np.isfinite(rows).all():
         raise PureLightError(f"{name} must be finite")
-    return rows
-
-
-def _directions(name: str, array: np.ndarray) -> np.ndarray:
-    """Returns unit vectors [N, 3]."""
-    rows = _rows(name, array, 3)
-    length = np.linalg.norm(rows.astype(np.float64), axis=1)
-    if (np.abs(length - 1) > UNIT_TOLERANCE).any():
-        raise PureLightError(f"{name} must have unit length")
     return rows

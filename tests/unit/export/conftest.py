@@ -14,14 +14,11 @@ import trimesh
 from torch import nn
 
 from purelight_export.graph import Graph, Value
+from purelight_export.networks import EXPORTED
 from purelight_format.measures import BoundingSphere
 from purelight_onnx.session import Session
 from purelight_train.light.description import Description
 from purelight_train.networks.encodings import MLP, GridEncoding
-from purelight_train.networks.fast_map import FastMap
-from purelight_train.networks.sampler import Sampler
-from purelight_train.networks.student import Student
-from purelight_train.networks.transparency import Transparency
 from purelight_train.presets import DRAFT, FlowSize, GridSize, MLPSize, Preset
 from purelight_train.runs.run_directory import RunDirectory
 
@@ -128,8 +125,6 @@ def run_directory(
         triangle_flux=(0.99 * flux).astype(np.float32),
     )  # fmt: skip
     run.write_arrays("escaped.npz", direction=direction, weight=weight.astype(np.float32))
-    kinds = {"student": Student, "transparency": Transparency, "sampler": Sampler,
-             "fast_map": FastMap}  # fmt: skip
-    for name, kind in kinds.items():
-        run.save(name, wild(kind, description, preset), {})
+    for made in EXPORTED.values():
+        run.save(made.trained, wild(made.module, description, preset), {})
     return run.path

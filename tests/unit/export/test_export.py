@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,8 +12,9 @@ import torch
 from photompy import IESFile
 from pxr import Usd, UsdUtils
 
-from purelight_export import cli, networks, parts
+from purelight_export import cli
 from purelight_export.export import export
+from purelight_export.networks import EXPORTED
 from purelight_format import bundle
 from purelight_format.bundle import Bundle
 from purelight_format.color import lumens
@@ -22,6 +23,7 @@ from purelight_format.networks.vectors import SIGNATURES
 from purelight_format.usd import asset_layer
 from purelight_format.validation.validate import validate
 from purelight_onnx.luminaire import Luminaire
+from purelight_train.networks.student import Student
 from purelight_train.runs.run_directory import RunDirectory
 
 
@@ -79,7 +81,7 @@ def test_the_golden_vectors_find_a_wrong_host(lamp: Path) -> None:
 
 def test_a_runtime_equals_the_trained_networks(lamp: Path, run_directory: Path) -> None:
     luminaire = Luminaire.open(lamp)
-    student = RunDirectory.open(run_directory).networks().student
+    student = RunDirectory.open(run_directory).network("student", Student)
     vectors = luminaire.bundle.vectors("appearance")
     with torch.no_grad():
         expected = student(*map(torch.tensor, vectors.inputs.values())).numpy()
@@ -126,15 +128,15 @@ def test_a_bundle_of_less(run_directory: Path, tmp_path: Path) -> None:
 def test_a_network_that_differs_is_not_written(
     run_directory: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    build: Callable[..., bytes] = networks.transparency
+    right = EXPORTED["transparency"]
 
     def wrong(network: torch.nn.Module, *, compact: bool = False) -> bytes:
         network.network[-1].bias.data += 0.05
-        model = build(network, compact=compact)
+        model = right.graph(network, compact=compact)
         network.network[-1].bias.data -= 0.05
         return model
 
-    monkeypatch.setattr(parts.networks, "transparency", wrong)
+    monkeypatch.setitem(EXPORTED, "transparency", replace(right, graph=wrong))
     with pytest.raises(PureLightError, match="transparency: the ONNX network differs"):
         export(run_directory, tmp_path / "lamp.plux")
     assert not list(tmp_path.iterdir())

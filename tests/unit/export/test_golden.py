@@ -28,6 +28,13 @@ def step() -> bytes:
     return graph.to_bytes()
 
 
+def extent(description: Description) -> probes.Extent:
+    """A lamp of two triangles along the x axis, and one between them without area."""
+    positions = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], np.float32)
+    triangles = np.array([[0, 1, 2], [1, 2, 1], [0, 1, 3]])
+    return probes.Extent(positions, triangles, description.sphere, 15.0)
+
+
 def candidates(x: np.ndarray) -> dict[str, np.ndarray]:
     position = np.repeat(x[:, None], 3, 1)
     return {"position": position, "normal": position, "outgoing": position}
@@ -60,7 +67,7 @@ def test_float32_meets_the_vectors_of_a_sampler(
     description: Description, preset: Preset, wild: Any
 ) -> None:
     model = networks.sampler(wild(Sampler, description, preset))
-    probe = probes.sampler_probes(description.sphere, 15.0, 256, np.random.default_rng(0))
+    probe = probes.sampler_probes(extent(description), 256, np.random.default_rng(0))
     vectors = golden_vectors("sampler", model, probe, {"toward": 1.0, "pdf_solid_angle": 0.0})
     result = Session(model)(vectors.inputs)
     for name, expected in vectors.outputs.items():
@@ -69,10 +76,8 @@ def test_float32_meets_the_vectors_of_a_sampler(
         assert vectors.tolerances[name].max() <= 0.1 * np.abs(expected).max()
 
 
-def test_surface_probes_lie_on_the_surface() -> None:
-    positions = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], np.float32)
-    triangles = np.array([[0, 1, 2], [1, 2, 1], [0, 1, 3]])
-    probe = probes.surface_probes(positions, triangles, 400, np.random.default_rng(0))
+def test_surface_probes_lie_on_the_surface(description: Description) -> None:
+    probe = probes.surface_probes(extent(description), 400, np.random.default_rng(0))
     assert (np.abs(probe["position"][:, 1:]).min(1) < 1e-6).all()
     for name in ("normal", "outgoing"):
         np.testing.assert_allclose(np.linalg.norm(probe[name], axis=1), 1, atol=1e-6)

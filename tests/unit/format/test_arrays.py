@@ -84,7 +84,7 @@ def test_the_sphere_is_compared_in_radii(radius: float) -> None:
     ]
 
 
-@pytest.mark.parametrize("network", SIGNATURES)
+@pytest.mark.parametrize("network", lamp.NETWORKS)
 def test_vectors_come_back(network: str) -> None:
     vectors = lamp.golden(network, lamp.NETWORKS[network]().SerializeToString())
     members = vectors.to_members()

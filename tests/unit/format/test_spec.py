@@ -19,6 +19,7 @@ from purelight_format.networks.cost import (
     NAME,
     PRODUCT,
 )
+from purelight_format.networks.kinds import KINDS
 from purelight_format.networks.operators import OPERATORS
 from purelight_format.networks.profile import IR_VERSION, OPSET
 from purelight_format.networks.vectors import SIGNATURES
@@ -72,8 +73,13 @@ def test_the_work_of_operators_is_that_of_the_table() -> None:
 
 def test_the_networks_are_those_of_the_table() -> None:
     text = (SPEC / "onnx_profile.md").read_text().split("## The model")[0]
-    stated = {name.strip("`"): tuple(map(shapes, sides)) for name, *sides in table(text)}
+    rows = {name.strip("`"): row for name, *row in table(text)}
+    stated = {name: tuple(map(shapes, sides)) for name, (_, *sides) in rows.items()}
     assert stated == {name: tuple(signature) for name, signature in SIGNATURES.items()}
+    for name, (needed, *_) in rows.items():
+        assert (needed == "always") == KINDS[name].required
+        needing = [f"`{other}`" for other, kind in KINDS.items() if name in kind.needs]
+        assert re.findall(r"`\w+`", needed) == needing
 
 
 @pytest.mark.parametrize(

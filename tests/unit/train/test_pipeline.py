@@ -18,6 +18,8 @@ import pytest
 import torch
 from safetensors.torch import load_file
 
+from purelight_train.networks.sampler import Sampler
+from purelight_train.networks.student import Student
 from purelight_train.presets import (
     DRAFT,
     PRESETS,
@@ -66,7 +68,7 @@ def test_run_is_complete(run: Path) -> None:
     from purelight_train.runs.run_directory import RunDirectory
 
     opened = RunDirectory.open(run)
-    networks, description = opened.networks(), opened.description
+    description = opened.description
     assert opened.preset == TINY
     assert description.flux[0] > description.flux[1] > description.flux[2] > 0
     metrics = opened.read_json("metrics.json")
@@ -83,7 +85,7 @@ def test_run_is_complete(run: Path) -> None:
     for name in ("student.png", "transparency.png", "teacher_student.png"):
         assert (run / "previews" / name).read_bytes().startswith(b"\x89PNG")
     point = torch.tensor([[0.0, 0.0, -1.0], [0.0, 0.0, 0.0], [1e5, 0.0, 0.0]])
-    toward, pdf = networks.sampler(point, torch.rand(3, 2))
+    toward, pdf = opened.network("sampler", Sampler)(point, torch.rand(3, 2))
     assert torch.isfinite(toward).all()
     assert pdf[1] == 0
     assert (pdf[[0, 2]] > 0).all()
@@ -96,7 +98,7 @@ def test_route_photons(run: Path, lamp: Path, tmp_path: Path) -> None:
     metrics = train(lamp, tmp_path, route="photons", anchor="both")
     opened = RunDirectory.open(tmp_path)
     assert opened.config["route"] == "photons"
-    assert list(opened.networks().student.anchors) == ["straight", "refracted"]
+    assert list(opened.network("student", Student).anchors) == ["straight", "refracted"]
     trained = {"student", "transparency", "pilot", "sampler", "fast_map"}
     assert set(metrics["losses"]) == trained
     np.testing.assert_allclose(metrics["student_flux"], metrics["flux"], rtol=0.02)
@@ -107,15 +109,17 @@ def test_route_photons(run: Path, lamp: Path, tmp_path: Path) -> None:
 
 def test_opaque_lamp_goes_without_transparency(lamp: Path, tmp_path: Path) -> None:
     from purelight_train.runs.pipeline import start
+    from purelight_train.runs.trained import TRANSPARENCY, see_through
 
     scene = tmp_path / "ball.xml"
     scene.write_text(
         '<scene version="3.0.0"><shape type="sphere"><bsdf type="diffuse"/>'
         '<emitter type="area"><rgb name="radiance" value="1"/></emitter></shape></scene>'
     )
-    assert start(scene, tmp_path / "ball", TINY, 0, "cpu", resume=False).transparency is None
+    assert not start(scene, tmp_path / "ball", TINY, 0, "cpu", resume=False).has(TRANSPARENCY)
     glass = start(lamp, tmp_path / "glass", TINY, 0, "cpu", resume=False)
-    assert glass.see_through[-1].mean() > 0.1
+    assert glass.has(TRANSPARENCY)
+    assert glass.data(see_through)[-1].mean() > 0.1
 
 
 def test_fresh_records(lamp: Path, tmp_path: Path) -> None:
@@ -235,7 +239,7 @@ def test_networks_of_another_version_are_refused(run: Path, tmp_path: Path) -> N
     del tensors["ceiling"]
     save_file(tensors, file)
     with pytest.raises(PureLightError, match="another version; train again"):
-        RunDirectory.open(copy).networks()
+        RunDirectory.open(copy).network("student", Student)
 
 
 def test_right_size(run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -258,7 +262,7 @@ def test_right_size(run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.setattr(student, "TRIAL", 60)
     monkeypatch.setattr(student, "FULL", Optimisation(120, 1 << 11, 1e-2))
     trials, others = right_size.right_size(run, small, 10.0, "cpu")
-    before, after = (RunDirectory.open(path).networks().student for path in (run, small))
+    before, after = (RunDirectory.open(path).network("student", Student) for path in (run, small))
     sizes = [sum(p.numel() for p in student.parameters()) for student in (before, after)]
     assert sizes[1] == trials[-1].rung.weights
     assert len(trials) == 1
@@ -269,7 +273,7 @@ def test_right_size(run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
         "transparency_width": 8, "transparency_finest": 12, "sampler_width": 16,
         "fast_map_width": 16,
     }  # fmt: skip
-    assert RunDirectory.open(small).networks().sampler.flow is not None
+    assert RunDirectory.open(small).network("sampler", Sampler).flow is not None
     figures = [json.loads((path / "metrics.json").read_text()) for path in (run, small)]
     np.testing.assert_allclose(figures[1]["student_flux"], figures[0]["student_flux"], rtol=0.02)
     with pytest.raises(PureLightError, match="exists already"):

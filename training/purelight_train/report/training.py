@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from purelight_train.networks.fast_map import FastMap
+from purelight_train.networks.sampler import Sampler
 from purelight_train.report.caps import CapMaps
 from purelight_train.report.page import Curves, Row, Section, Table, Warnings, write_page
 from purelight_train.report.views import LampViews
@@ -26,15 +28,13 @@ def write_report(training: Training) -> None:
     run, lamp = training.stages.run, training.lamp
     student = as_function(training.student, training.stages.device)
     paths = min(training.preset.paths // 4, MOST_PATHS)
-    networks = run.networks()
+    networks = run.network("sampler", Sampler), run.network("fast_map", FastMap)
     with Bar("report", paths, "path", lambda _: None) as update:
         views = LampViews(
             lamp.description, lamp.luminaire.scene, lamp.surface, student,
             training.route.teacher_radiance, paths, update,
         ).rows()  # fmt: skip
-    caps = CapMaps(
-        lamp.description, lamp.surface, student, networks.sampler, networks.fast_map
-    ).rows()
+    caps = CapMaps(lamp.description, lamp.surface, student, *networks).rows()
     TrainingReport(run, [*views, *caps]).write()
 
 

@@ -18,7 +18,7 @@ from purelight_train.light.radiance_field import Radiance
 from purelight_train.networks.student import Student
 from purelight_train.presets import Optimisation, Preset
 from purelight_train.runs.evaluation import as_function, close_flux, held_out_gain, set_ceiling
-from purelight_train.runs.stages import STAGES, Loss, Stages, rows
+from purelight_train.runs.stages import Loss, Stages, rows
 from purelight_train.runs.traced_lamp import TracedLamp
 
 HELD_OUT_BATCH = 1 << 14
@@ -26,7 +26,7 @@ HELD_OUT_BATCH = 1 << 14
 
 @dataclass
 class Route:
-    """One way to a student."""
+    """One way to a student, whose data are gathered in the stages that it names."""
 
     lamp: TracedLamp
     preset: Preset
@@ -46,21 +46,13 @@ class Route:
         """The student's objective; its data are made here."""
         raise NotImplementedError
 
-    def student(self) -> Student:
-        """The trained student, its flux closed."""
-        student = self.stages.build("student", Student, self.lamp.description, self.preset)
-        self.stages.train(
-            "student", student, self.loss, self.optimisation, lambda: self._close(student),
-            self._held_out,
-        )  # fmt: skip
-        return student
-
-    def _held_out(self, student: Student) -> Callable[[], float]:
+    def held_out(self, student: Student) -> Callable[[], float]:
         """The student's error on held-out light, in nats."""
         radiance, lamp = as_function(student, self.stages.device), self.lamp
         return lambda: -held_out_gain(radiance, lamp)
 
-    def _close(self, student: Student) -> None:
+    def close(self, student: Student) -> None:
+        """Bound the trained student, and make its flux the traced one."""
         radiance = as_function(student, self.stages.device)
         set_ceiling(student, radiance, self.lamp.held_out, self.lamp.emission.brightest())
         close_flux(student, radiance, self.lamp, self.stages.rng("student", 1))
@@ -69,7 +61,7 @@ class Route:
 class TeacherRoute(Route):
     """The paper's: photon map and directional flow make the teacher, the student regresses it."""
 
-    names = STAGES
+    gathers = ("light", "teacher", "distillation")
 
     @property
     def optimisation(self) -> Optimisation:
@@ -127,7 +119,7 @@ class TeacherRoute(Route):
 class PhotonRoute(Route):
     """Ours: the student itself is fitted to light as it is traced; there is no teacher."""
 
-    names = tuple(name for name in STAGES if name not in ("teacher", "distillation"))
+    gathers = ("light",)
 
     @property
     def optimisation(self) -> Optimisation:

@@ -6,10 +6,10 @@ description.json            sphere, flux, radiance scale, channels (`description
 surface.npz                 positions [V,3], triangles [T,3], triangle_flux [T,3] in W
 escaped.npz                 direction [M,3], weight [M,3]: a random part of the exit records,
                             scaled so that the weights sum to the flux
-networks/NAME.safetensors   teacher, student, transparency, pilot, sampler, fast_map when finished;
-                            no teacher on the route `photons`, no transparency of opaque lamps
+networks/NAME.safetensors   of each finished network (`trained`), and how its training went
 checkpoints/                unfinished stages
-metrics.json  previews/     figures and pictures
+previews/                   pictures
+metrics.json                figures; written last, it names every network of the run
 """
 
 from __future__ import annotations
@@ -28,26 +28,9 @@ from torch import Tensor, nn
 from purelight_format import atomic
 from purelight_format.errors import PureLightError
 from purelight_train.light.description import Description
-from purelight_train.networks.fast_map import FastMap
-from purelight_train.networks.sampler import Sampler
-from purelight_train.networks.student import Student
-from purelight_train.networks.transparency import Transparency
 from purelight_train.presets import Preset
 
 Module = TypeVar("Module", bound=nn.Module)
-
-
-@dataclass(frozen=True)
-class Networks:
-    """The trained networks an asset is made of, in evaluation mode on the CPU.
-
-    An opaque lamp has no transparency.
-    """
-
-    student: Student
-    transparency: Transparency | None
-    sampler: Sampler
-    fast_map: FastMap
 
 
 @dataclass(frozen=True)
@@ -72,7 +55,7 @@ class RunDirectory:
         run = RunDirectory(Path(path))
         if not (run.path / "config.json").is_file():
             raise PureLightError(f"{path}: no run directory (config.json is missing)")
-        if not run.finished("fast_map") or not (run.path / "metrics.json").is_file():
+        if not run.complete:
             raise PureLightError(f"{path}: training has not finished; run it again with --resume")
         return run
 
@@ -114,6 +97,13 @@ class RunDirectory:
     def description(self) -> Description:
         return Description.from_dict(self.read_json("description.json")).scaled(self.power)
 
+    @property
+    def complete(self) -> bool:
+        """Whether the metrics are written, which comes last, and the networks they name there."""
+        if not (self.path / "metrics.json").is_file():
+            return False
+        return all(map(self.finished, self.read_json("metrics.json").get("losses", ())))
+
     # Tensors
 
     def tensor_file(self, name: str) -> Path:
@@ -149,17 +139,8 @@ class RunDirectory:
         path.parent.mkdir(parents=True, exist_ok=True)
         atomic.write_bytes(path, save({k: v.contiguous().cpu() for k, v in tensors.items()}))
 
-    def networks(self) -> Networks:
-        """The trained networks of a finished run."""
-        see_through = self.finished("transparency")
-        return Networks(
-            self._network("student", Student),
-            self._network("transparency", Transparency) if see_through else None,
-            self._network("sampler", Sampler),
-            self._network("fast_map", FastMap),
-        )
-
-    def _network(self, name: str, kind: Callable[[Description, Preset], Module]) -> Module:
+    def network(self, name: str, kind: Callable[[Description, Preset], Module]) -> Module:
+        """A trained network of the run, in evaluation mode on the CPU."""
         module = kind(self.description, self.preset)
         self.load(name, module)
         return module

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+import zlib
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
@@ -22,11 +23,10 @@ from purelight_train.runs.run_directory import RunDirectory
 
 Loss = Callable[[np.random.Generator], Tensor]
 Module = TypeVar("Module", bound=nn.Module)
-NETWORKS = ("teacher", "student", "transparency", "pilot", "sampler", "fast_map")
-# Their order numbers the random streams of the stages
-STAGES = (
+# Their places number the random streams of these stages; others have numbers by their names
+NUMBERED = (
     "light", "teacher", "distillation", "student", "transparency", "cap", "pilot", "aim",
-    "sampler", "fast_map",
+    "sampler", "fast_map", "metrics",
 )  # fmt: skip
 
 
@@ -45,7 +45,7 @@ class Stages:
     run: RunDirectory
     seed: int
     device: torch.device
-    names: tuple[str, ...] = STAGES
+    names: tuple[str, ...]
     early_stop: bool = False
     seconds: dict[str, float] = field(default_factory=dict)
 
@@ -57,8 +57,7 @@ class Stages:
 
     def rng(self, stage: str, part: int = 0) -> np.random.Generator:
         """Random numbers of a stage, or of the metrics."""
-        key = STAGES.index(stage) if stage in STAGES else len(STAGES)
-        return np.random.default_rng([self.seed, key, part])
+        return np.random.default_rng([self.seed, number(stage), part])
 
     def build(
         self,
@@ -68,7 +67,7 @@ class Stages:
         preset: Preset,
     ) -> Module:
         """A network with initial weights that depend on the seed and the stage only."""
-        torch.manual_seed(self.seed * 1009 + STAGES.index(name))
+        torch.manual_seed(self.seed * 1009 + number(name))
         module = kind(description, preset).to(self.device)
         for part in module.modules():
             if isinstance(part, MLP):
@@ -81,7 +80,7 @@ class Stages:
         module: Module,
         loss: Callable[[Module], Loss],
         settings: Optimisation,
-        finish: Callable[[], None] = lambda: None,
+        finish: Callable[[], object] = lambda: None,
         held_out: Callable[[Module], Callable[[], float]] | None = None,
     ) -> None:
         """Optimise a network, or load it when an earlier run finished it.
@@ -95,7 +94,7 @@ class Stages:
             self.run.load(name, module)
             module.to(self.device)
             return
-        objective, seed = loss(module), self.seed * 1009 + STAGES.index(name)
+        objective, seed = loss(module), self.seed * 1009 + number(name)
         checkpoint = self.run.path / "checkpoints" / f"{name}.safetensors"
         stop = None
         if self.early_stop and held_out:
@@ -121,7 +120,7 @@ class Stages:
         """Time, losses and skipped steps of the stages, for metrics.json."""
         records = {
             name: self.run.read_json(f"networks/{name}.json")
-            for name in NETWORKS
+            for name in self.names
             if (self.run.path / "networks" / f"{name}.json").is_file()
         }
         return {
@@ -132,6 +131,11 @@ class Stages:
             "losses": {k: v["losses"] for k, v in records.items()},
             "skipped_steps": {k: v["skipped"] for k, v in records.items()},
         }
+
+
+def number(stage: str) -> int:
+    """What seeds a stage's random numbers, whatever other stages there are."""
+    return NUMBERED.index(stage) if stage in NUMBERED else zlib.crc32(stage.encode())
 
 
 def rows(data: tuple[Tensor, ...], rng: np.random.Generator, size: int) -> tuple[Tensor, ...]:

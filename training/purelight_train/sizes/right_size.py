@@ -2,7 +2,7 @@
 
 Student, sampler and fast map learn the run's student, which can be asked anywhere, without noise;
 the transparency learns from light itself. A smaller network is kept if it does nearly as well as
-the run's own.
+the run's own. Networks that nothing here sizes stay as they are.
 """
 
 from __future__ import annotations
@@ -44,10 +44,7 @@ def right_size(
         training.stages.rng("metrics"),
     )  # fmt: skip
     preset, transparency = TransparencySize(training, target)(rung.preset)
-    preset, sampler, fast_map = SamplerSizes(training, target)(preset)
-    networks = {
-        "student": student, "transparency": transparency, "sampler": sampler, "fast_map": fast_map
-    }  # fmt: skip
+    preset, sampling = SamplerSizes(training, target)(preset)
     output.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=output.parent, prefix=f".{output.name}") as folder:
         made = RunDirectory(Path(folder) / "run")
@@ -56,9 +53,8 @@ def right_size(
         made.write_json("metrics.json", run.read_json("metrics.json") | figures)
         tried = [trial.to_dict() for trial in trials]
         made.write_json("sizes.json", {"target": target, "trials": tried, **sizes(preset)})
-        for name, module in networks.items():
-            if module is not None:
-                made.save(name, module, run.read_json(f"networks/{name}.json"))
+        for name, module in {"student": student, **transparency, **sampling}.items():
+            made.save(name, module, run.read_json(f"networks/{name}.json"))
         made.path.rename(output)
     return trials, sizes(preset)
 

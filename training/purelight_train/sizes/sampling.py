@@ -16,6 +16,7 @@ from purelight_train.learning.training_sets import SamplerBatches
 from purelight_train.networks.fast_map import FastMap
 from purelight_train.networks.sampler import Sampler
 from purelight_train.presets import FlowSize, MLPSize, Optimisation, Preset
+from purelight_train.runs import trained
 from purelight_train.runs.evaluation import as_function
 from purelight_train.runs.pipeline import Training
 from purelight_train.runs.stages import rows
@@ -47,24 +48,24 @@ class SamplerSizes:
     def _look(self, points: int, part: int) -> CapSamples:
         training, stages, lamp = self.training, self.training.stages, self.training.lamp
         radiance = as_function(training.student, stages.device)
-        seen = lamp.description, lamp.surface, radiance
+        seen, pilot = (lamp.description, lamp.surface, radiance), training.network(trained.SAMPLER)
         even = CapSamples.gather(*seen, points, stages.rng("cap", part))
-        return aimed_samples(even, training.sampler, *seen, stages.rng("aim", part))
+        return aimed_samples(even, pilot, *seen, stages.rng("aim", part))
 
     def _maps(self, samples: CapSamples) -> tuple[Tensor, ...]:
         """What a fast map learns from: points and estimates of their cells."""
         return self.training.stages.tensors(samples.point, cell_means(samples))
 
-    def __call__(self, preset: Preset) -> tuple[Preset, Sampler, FastMap]:
+    def __call__(self, preset: Preset) -> tuple[Preset, dict[str, nn.Module]]:
         """The smallest networks, or the run's own, and the preset with their sizes."""
         preset, sampler = self._sampler(preset)
         preset, fast_map = self._fast_map(preset)
-        return preset, sampler, fast_map
+        return preset, {"sampler": sampler, "fast_map": fast_map}
 
     # Sampler
 
     def _sampler(self, preset: Preset) -> tuple[Preset, Sampler]:
-        own = self.training.sampler
+        own = self.training.network(trained.SAMPLER)
         bound = self._nats(own) + self.target
         flow = self.training.preset.sampler_flow
         batches, tensors = SamplerBatches(self.samples), self.training.stages.tensors
@@ -92,7 +93,7 @@ class SamplerSizes:
     # Fast map
 
     def _fast_map(self, preset: Preset) -> tuple[Preset, FastMap]:
-        own, size = self.training.fast_map, self.training.preset.fast_map_network
+        own, size = self.training.network(trained.FAST_MAP), self.training.preset.fast_map_network
         data, held_out = self._maps(self.samples), self._maps(self.held_out)
         bound = _square_error(own, held_out) * (1 + self.target)
         for width in narrower(size.width):

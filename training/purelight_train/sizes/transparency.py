@@ -6,13 +6,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import torch
-from torch import Tensor
+from torch import Tensor, nn
 
 from purelight_train.learning.training_sets import transmittance_set
 from purelight_train.networks.transparency import Transparency
 from purelight_train.presets import Optimisation, Preset
 from purelight_train.runs.pipeline import Training
 from purelight_train.runs.stages import rows
+from purelight_train.runs.trained import TRANSPARENCY
 from purelight_train.sizes.ladder import SHARES, part_of, unit_points
 
 LINES, HELD_OUT_LINES = 1 << 21, 1 << 18
@@ -31,19 +32,18 @@ class TransparencySize:
     training: Training
     target: float
 
-    def __call__(self, preset: Preset) -> tuple[Preset, Transparency | None]:
+    def __call__(self, preset: Preset) -> tuple[Preset, dict[str, nn.Module]]:
         """The smallest transparency, or the run's own, and the preset with its size."""
         if not self.training.stages.run.finished("transparency"):
-            return preset, None
-        own = self.training.transparency
-        assert own is not None
+            return preset, {}
+        own = self.training.network(TRANSPARENCY)
         data, held_out = self._lines(LINES, 1), self._lines(HELD_OUT_LINES, 2)
         bound = square_error(own, held_out) * (1 + self.target)
         for sized in self._sizes(preset):
             network = self._train(sized, data)
             if square_error(network, held_out) <= bound:
-                return sized, network
-        return preset, own
+                return sized, {"transparency": network}
+        return preset, {"transparency": own}
 
     def _lines(self, lines: int, part: int) -> tuple[Tensor, ...]:
         """Position, normal, outgoing and a random transmittance of lines through the lamp."""

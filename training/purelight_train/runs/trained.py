@@ -1,0 +1,126 @@
+"""The networks that runs train, one declaration each, and how their data are gathered."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+from torch import Tensor
+
+from purelight_train.learning.aimed_samples import aimed_samples, cell_means
+from purelight_train.learning.cap_samples import CapSamples
+from purelight_train.learning.training_sets import SamplerBatches, SurfaceSet, transmittance_set
+from purelight_train.networks.fast_map import FastMap
+from purelight_train.networks.sampler import Sampler
+from purelight_train.networks.student import Student
+from purelight_train.networks.transparency import Transparency
+from purelight_train.presets import Optimisation
+from purelight_train.runs.evaluation import as_function
+from purelight_train.runs.stages import Loss, rows
+from purelight_train.runs.trainer import Trained, Trainer
+
+# Student
+
+STUDENT = Trained(
+    "student",
+    Student,
+    settings=lambda trainer: trainer.route.optimisation,
+    loss=lambda trainer, student: trainer.route.loss(student),
+    finish=lambda trainer, student: trainer.route.close(student),
+    held_out=lambda trainer, student: trainer.route.held_out(student),
+)
+
+# Transparency
+
+
+def see_through(trainer: Trainer) -> SurfaceSet:
+    """Lines through the lamp and what comes through: what the transparency learns."""
+    samples, rng = trainer.preset.transparency_samples, trainer.stages.rng("transparency")
+    return transmittance_set(trainer.lamp.luminaire, samples, rng, trainer.stages.seed + 5)
+
+
+def _transparency_loss(trainer: Trainer, transparency: Transparency) -> Loss:
+    data = trainer.stages.tensors(*trainer.data(see_through))
+    size = trainer.preset.transparency.batch
+    return lambda rng: transparency.loss(*rows(data, rng, size))
+
+
+TRANSPARENCY = Trained(
+    "transparency",
+    Transparency,
+    settings=lambda trainer: trainer.preset.transparency,
+    loss=_transparency_loss,
+    left_out=lambda trainer: not trainer.data(see_through)[-1].any(),  # No light passes straight.
+)
+
+# Sampler, and the pilot that shows where to look again: each takes half of the steps
+
+
+def cap_samples(trainer: Trainer) -> CapSamples:
+    """What shading points see of the lamp in even directions."""
+    lamp, student = trainer.lamp, as_function(trainer.network(STUDENT), trainer.stages.device)
+    with trainer.stages.bar("cap", trainer.preset.cap_points, "point") as update:
+        return CapSamples.gather(
+            lamp.description, lamp.surface, student, trainer.preset.cap_points,
+            trainer.stages.rng("cap"), update,
+        )  # fmt: skip
+
+
+def aimed(trainer: Trainer) -> CapSamples:
+    """The even samples, and as many that the pilot aims."""
+    lamp, student = trainer.lamp, as_function(trainer.network(STUDENT), trainer.stages.device)
+    even, pilot = trainer.data(cap_samples), trainer.network(PILOT)
+    with trainer.stages.bar("aim", trainer.preset.cap_points, "point") as update:
+        return aimed_samples(
+            even, pilot, lamp.description, lamp.surface, student, trainer.stages.rng("aim"), update
+        )
+
+
+def _half(trainer: Trainer) -> Optimisation:
+    return replace(trainer.preset.sampler, steps=trainer.preset.sampler.steps // 2)
+
+
+def _sampler_loss(gather: Callable[[Trainer], CapSamples]) -> Callable[[Trainer, Sampler], Loss]:
+    def loss(trainer: Trainer, sampler: Sampler) -> Loss:
+        batches, size = SamplerBatches(trainer.data(gather)), trainer.preset.sampler.batch
+        tensors = trainer.stages.tensors
+        return lambda rng: -sampler.log_density(*tensors(*batches.draw(rng, size))).mean()
+
+    return loss
+
+
+PILOT = Trained("pilot", Sampler, _half, _sampler_loss(cap_samples))
+SAMPLER = Trained(
+    "sampler",
+    Sampler,
+    settings=_half,
+    loss=_sampler_loss(aimed),
+    gathers=("cap", "pilot", "aim"),
+    begin=lambda trainer, sampler: sampler.load_state_dict(trainer.network(PILOT).state_dict()),
+)
+
+# Fast map
+
+
+def cells(trainer: Trainer) -> tuple[Tensor, ...]:
+    """Points and the mean radiance in the cells of their caps."""
+    samples = trainer.data(aimed)
+    return trainer.stages.tensors(samples.point, cell_means(samples))
+
+
+def _fast_map_loss(trainer: Trainer, fast_map: FastMap) -> Loss:
+    data, size = trainer.data(cells), trainer.preset.fast_map.batch
+    return lambda rng: fast_map.loss(*rows(data, rng, size))
+
+
+FAST_MAP = Trained(
+    "fast_map",
+    FastMap,
+    settings=lambda trainer: trainer.preset.fast_map,
+    loss=_fast_map_loss,
+    finish=lambda trainer, fast_map: fast_map.close_power(*trainer.data(cells)),
+)
+
+# In this order; the pilot is trained when the sampler asks for it
+TRAINED: tuple[Trained[Any], ...] = (STUDENT, TRANSPARENCY, SAMPLER, FAST_MAP)
