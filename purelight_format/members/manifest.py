@@ -64,7 +64,7 @@ class Manifest:
         radiance_scale: mean exitant radiance in W/(m² sr), the unit of small and large.
         r_max: farthest trained distance of shading points, in radii.
         channels: which of R, G, B carry flux; absent ones are exactly zero.
-        networks: by name, see `vectors.SIGNATURES`.
+        networks: by name, see `kinds.KINDS`.
         provenance: where the bundle comes from (scene digest, seed, photons, preset).
         fidelity: measured errors against the light-traced lamp.
         extensions: content by reverse-domain name of who defines it.

@@ -20,7 +20,7 @@ from purelight_train.runs.routes import ROUTES, TeacherRoute
 from purelight_train.runs.run_directory import RunDirectory
 from purelight_train.runs.stages import Stages
 from purelight_train.runs.traced_lamp import TracedLamp
-from purelight_train.runs.trained import STUDENT, TRAINED
+from purelight_train.runs.trained import STUDENT, TRAINED, TRANSPARENCY
 from purelight_train.runs.trainer import Trainer
 
 Float = NDArray[np.float32]
@@ -45,14 +45,15 @@ class Training(Trainer):
             the contents of metrics.json.
         """
         self.lamp.store()
-        made = {d.name: self.network(d) for d in TRAINED if self.has(d)}
+        for declared in filter(self.has, TRAINED):
+            self.network(declared)
         metrics = self._metrics()
-        device = self.stages.device
+        device, see_through = self.stages.device, self.has(TRANSPARENCY)
         write_previews(
             self.stages.run,
             self.lamp.surface,
             as_function(self.student, device),
-            as_function(made["transparency"], device) if "transparency" in made else opaque,
+            as_function(self.network(TRANSPARENCY), device) if see_through else opaque,
             self.route.teacher_radiance,
         )
         self.stages.run.write_json("metrics.json", metrics)
@@ -111,7 +112,7 @@ def start(
         "anchor": anchor,
         "seed": seed,
     }
-    stages = Stages(run, seed, torch.device(device), _names(route), early_stop)
+    stages = Stages(run, seed, torch.device(device), stage_names(route), early_stop)
     if (output / "config.json").is_file():
         return _continue(scene, stages, config, preset, resume=resume)
     lamp = TracedLamp(scene, preset.for_route(route).paths, stages)
@@ -148,11 +149,11 @@ def _continue(
 def reopen(run: RunDirectory, scene: Path, device: str = "cpu") -> Training:
     """A run as it was started, to look at what it made or to use it further."""
     config, preset = run.config, run.preset
-    stages = Stages(run, config["seed"], torch.device(device), _names(config["route"]))
+    stages = Stages(run, config["seed"], torch.device(device), stage_names(config["route"]))
     route = ROUTES[config["route"]]
     return Training(route(TracedLamp(scene, preset.paths, stages), preset, stages))
 
 
-def _names(route: str) -> tuple[str, ...]:
+def stage_names(route: str) -> tuple[str, ...]:
     """The stages of a run, in order."""
     return *ROUTES[route].gathers, *(name for d in TRAINED for name in d.stages)
