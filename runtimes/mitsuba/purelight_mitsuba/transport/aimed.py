@@ -78,13 +78,9 @@ class AimedLamps:
         return [] if self._lamps.dark else [Segment.none()]
 
     def aim(
-        self,
-        scene: mi.Scene,
-        vertex: Vertex,
-        throughput: mi.Color3f,
-        numbers: Numbers,
+        self, scene: mi.Scene, vertex: Vertex, throughput: mi.Color3f, numbers: Numbers,
         active: mi.Bool,
-    ) -> Shot:
+    ) -> Shot:  # fmt: skip
         """Sends a shadow ray toward a lamp.
 
         Arguments:
@@ -92,16 +88,19 @@ class AimedLamps:
         """
         if self._lamps.dark:
             return Shot([], mi.UInt32(0))
+        # Choose a lamp and a direction toward it
         si = vertex.si
         lamp, chance = self._lamps.pick(numbers.lamp, si.p, active)
         place = self._lamps.place(lamp, active)
         aim = self._direction(lamp, place, si, numbers, active)
-        value, pdf_bsdf = vertex.bsdf.eval_pdf(
-            mi.BSDFContext(), si, si.to_local(aim.toward), active
-        )
+
+        # What its light would be worth to the pixel
+        wo = si.to_local(aim.toward)
+        value, pdf_bsdf = vertex.bsdf.eval_pdf(mi.BSDFContext(), si, wo, active)
         part = self._part_of_aiming(aim, chance, pdf_bsdf)
         total = throughput * value * aim.weight * (part / chance)
-        # Toward the same point of the lamp, although the ray starts a little off the surface.
+
+        # Toward the same point of the lamp, although the ray starts a little off the surface
         ray = si.spawn_ray_to(aim.target)
         useful = active & (aim.pdf_solid_angle > 0) & (dr.max(total) > 0)
         length, passes = self._reach(scene, place, ray, useful)
@@ -112,9 +111,9 @@ class AimedLamps:
     def part_of_finding(
         self, on: Segment, met: Meeting, departure: Departure, active: mi.Bool
     ) -> Answer:
-        """The weight of light that a view found by the BSDF, against aiming at it; one if inactive.
+        """The weight of light that a view found by the BSDF, against aiming at it.
 
-        It is one, too, if no other technique could have found it.
+        It is one where inactive, or where no other technique could have found it.
         """
         if self._lamps.dark:
             return Answer(mi.Float(1))
@@ -143,13 +142,9 @@ class AimedLamps:
         return dr.select(aim.facet == NONE, cutoff(pdf, pdf_bsdf), part)
 
     def _direction(
-        self,
-        lamp: mi.UInt32,
-        place: Place,
-        si: mi.SurfaceInteraction3f,
-        numbers: Numbers,
+        self, lamp: mi.UInt32, place: Place, si: mi.SurfaceInteraction3f, numbers: Numbers,
         active: mi.Bool,
-    ) -> Aim:
+    ) -> Aim:  # fmt: skip
         """One of the two ways to aim, `share` of the vertices by a point of the exit surface."""
         near = active & (numbers.near < share(place.radii(si.p)))
         aim = self._by_network(place, si, numbers.u, active & ~near)
@@ -172,13 +167,9 @@ class AimedLamps:
         return Aim(**vars(drawn), target=target, facet=facet)
 
     def _by_surface(
-        self,
-        lamp: mi.UInt32,
-        place: Place,
-        start: mi.Interaction3f,
-        choice: mi.Point2f,
+        self, lamp: mi.UInt32, place: Place, start: mi.Interaction3f, choice: mi.Point2f,
         u: mi.Point2f,
-    ) -> Aim:
+    ) -> Aim:  # fmt: skip
         """A point of the exit surface; its light counts if the ray meets its triangle first."""
         drawn = self._lamps.surface.sample(place.asset, choice, u, mi.Bool(True))
         target = place.point_to_world(drawn.position)

@@ -192,13 +192,9 @@ class Queries:
         return Direction(toward, _favoured(pdf), weight.value, spoilt)
 
     def _each(
-        self,
-        asset: mi.UInt32,
-        active: mi.Bool,
-        function: Callable[..., Found],
-        arguments: Sequence[Any],
-        default: Found,
-    ) -> Found:
+        self, asset: mi.UInt32, active: mi.Bool, function: Callable[..., Found],
+        arguments: Sequence[Any], default: Found,
+    ) -> Found:  # fmt: skip
         """Calls a function for the lanes of each luminaire in turn."""
         result = default
         for index, luminaire in enumerate(self._luminaires):

@@ -69,14 +69,15 @@ def prepare(scene: mi.Scene, settings: Settings, before: SceneParts | None) -> S
     key = (settings, *scene.emitters(), *state)
     if before is not None and before.key == key:
         return before
-    groups, media = tuple(group_names(emitters)) if settings.light_groups else (), ignored(scene)
+    groups = tuple(group_names(emitters)) if settings.light_groups else ()
+    media = ignored(scene)
     if media and (before is None or before.media != media):
         warnings.warn(media, MediaWarning, stacklevel=2)
-    walk: Walk | NoLamps = NoLamps(len(groups))
-    engine = Engine()
-    if emitters:
-        walk, engine = _among(Lamps(emitters, scene, groups), settings)
-    return SceneParts(key, StockEmitters(scene), walk, engine, groups, media)
+    stock = StockEmitters(scene)
+    if not emitters:
+        return SceneParts(key, stock, NoLamps(len(groups)), Engine(), groups, media)
+    walk, engine = _among(Lamps(emitters, scene, groups), settings)
+    return SceneParts(key, stock, walk, engine, groups, media)
 
 
 def _among(lamps: Lamps, settings: Settings) -> tuple[Walk, Engine]:

@@ -32,13 +32,9 @@ class StockEmitters:
         return [Segment.none()] if self else []
 
     def aim(
-        self,
-        scene: mi.Scene,
-        vertex: Vertex,
-        throughput: mi.Color3f,
-        sampler: mi.Sampler,
+        self, scene: mi.Scene, vertex: Vertex, throughput: mi.Color3f, sampler: mi.Sampler,
         active: mi.Bool,
-    ) -> list[Segment]:
+    ) -> list[Segment]:  # fmt: skip
         """Sends a shadow ray toward one of the emitters, clear of the room's surfaces."""
         if not self:
             return []

@@ -15,7 +15,7 @@ from purelight_mitsuba.transport.light import OTHERS, Light
 from purelight_mitsuba.transport.queries import ExitRay, Queries
 from purelight_mitsuba.transport.segment import ANY, NONE, Meeting, Segment
 from purelight_mitsuba.transport.state import Departure
-from purelight_mitsuba.transport.through import Through
+from purelight_mitsuba.transport.transmittance import Transmittance
 
 
 @dataclass
@@ -75,7 +75,7 @@ class Walk:
 
     def __init__(self, lamps: Lamps, queries: Queries, aimed: AimedLamps) -> None:
         self._lamps, self._queries, self._aimed = lamps, queries, aimed
-        self._through = Through(lamps, queries)
+        self._transmittance = Transmittance(lamps, queries)
 
     def __call__(
         self, view: Segment, departure: Departure, shadow_rays: Sequence[Segment]
@@ -115,7 +115,7 @@ class Walk:
 
         # What it lets through, which a shadow ray does not ask of the lamp it leads to
         passing = met.fresh & ~met.target
-        blocking = self._through(on, now.start, met, passing)
+        blocking = self._transmittance(on, now.start, met, passing)
         through, light = now.through * blocking.value, now.light.spoil(blocking.spoilt)
 
         # Light at the end of a shadow ray that has come so far
@@ -140,10 +140,8 @@ class Walk:
         ray = mi.Ray3f(dr.fma(on.direction, now.start, on.origin), on.direction)
         ray.maxt = on.length - now.start
         hit = self._lamps.intersect(ray, on.active)
-        place, group = (
-            self._lamps.place(hit.lamp, hit.valid),
-            self._lamps.group(hit.lamp, hit.valid),
-        )
+        place = self._lamps.place(hit.lamp, hit.valid)
+        group = self._lamps.group(hit.lamp, hit.valid)
         fresh = hit.valid & (hit.lamp != now.last) & ((now.passed & place.bit) == 0)
         target = fresh & (hit.lamp == on.lamp)
         distance = now.start + hit.t

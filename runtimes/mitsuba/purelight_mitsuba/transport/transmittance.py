@@ -10,7 +10,7 @@ from purelight_mitsuba.transport.queries import Answer, ExitRay, Queries
 from purelight_mitsuba.transport.segment import Meeting, Segment
 
 
-class Through:
+class Transmittance:
     """The transmittance of lamps, asked from where it is that of the segment.
 
     A network's is that of the whole lamp ahead of who asks. If the segment ends at something
