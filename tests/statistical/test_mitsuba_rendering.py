@@ -3,20 +3,15 @@
 from __future__ import annotations
 
 import math
-import sys
 from pathlib import Path
 from typing import Any
 
+import mitsuba as mi
 import numpy as np
 import pytest
 from scipy import stats
 
-from purelight_mitsuba import use
-
-sys.path.append(str(Path(__file__).parents[1] / "unit" / "mitsuba"))
-
-mi = use()
-import analytic_lamps as lamps  # noqa: E402
+from tests.support import analytic_lamps as lamps
 
 SIGNIFICANCE = 0.01
 ROUNDING = 1e-5

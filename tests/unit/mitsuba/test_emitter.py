@@ -5,13 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import analytic_lamps as lamps
 import mitsuba as mi
 import numpy as np
 import pytest
 
 from purelight_mitsuba.lamps.luminaire import load
 from purelight_mitsuba.lamps.table import Lamps
+from tests.support import analytic_lamps as lamps
 
 T = mi.ScalarTransform4f
 

@@ -5,19 +5,18 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import analytic_lamps as lamps
 import drjit as dr
 import mitsuba as mi
 import numpy as np
 import pytest
-from agreement import SIGNIFICANCE, agree, passes
 from scipy import stats
-from test_room_only import photometry
 
 from purelight_format.members import PHOTOMETRY
 from purelight_mitsuba.lamps import lamp_choice
 from purelight_mitsuba.lamps.lamp_choice import SIDE, cell, intensities
 from purelight_mitsuba.lamps.table import Lamps
+from tests.support import analytic_lamps as lamps
+from tests.support.agreement import SIGNIFICANCE, agree, passes
 
 T = mi.ScalarTransform4f
 DRAWS = 1 << 17
@@ -34,7 +33,7 @@ POINTS = {
 def bundles(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     """A ball without photometry, and one whose photometry is that of a spot toward -Z."""
     folder, ball = tmp_path_factory.mktemp("lamps"), lamps.ball()
-    spot = ball.write(folder / "spot.plux", {PHOTOMETRY: photometry(ball, 30.0)})
+    spot = ball.write(folder / "spot.plux", {PHOTOMETRY: lamps.photometry(ball, 30.0)})
     return {"ball": ball.write(folder / "ball.plux"), "spot": spot}
 
 

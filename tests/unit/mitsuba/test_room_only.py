@@ -5,35 +5,23 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import analytic_lamps as lamps
 import mitsuba as mi
 import numpy as np
 import pytest
-from twins import Ball, Hanging, Panel, T, twins
 
-from purelight_export.photometry import Intensity, ies_file, node_solid_angle
+from purelight_export.photometry import node_solid_angle
 from purelight_format.errors import PureLightError
 from purelight_format.members import PHOTOMETRY
 from purelight_mitsuba.sampling.far_field import HORIZONTAL, VERTICAL, FarField
+from tests.support import analytic_lamps as lamps
+from tests.support.twins import Ball, Hanging, Panel, T, twins
 
 FACING = T().translate([0.2, 0.1, 1.6]).rotate([0.6, 0, 0.8], 25).scale(0.5)
 
 
-def photometry(lamp: lamps.Lamp, exponent: float) -> bytes:
-    """Intensity by a power of the cosine to -Z."""
-    vertical, horizontal = np.linspace(0, 180, 37), np.linspace(0, 360, 25)
-    cosine = np.maximum(np.cos(np.radians(vertical)), 0)
-    falling = cosine**exponent if exponent else np.ones_like(vertical)
-    total = falling @ node_solid_angle(vertical)
-    values = np.broadcast_to(falling[:, None] * lamp.flux / total, (25, 37, 3))
-    return ies_file(
-        Intensity(vertical, horizontal, values), name="x", issued="2026-01-01", radius=1
-    )
-
-
 def write(kind: Any, exponent: float, path: Path) -> Path:
     lamp = kind.lamp()
-    return lamp.write(path, {PHOTOMETRY: photometry(lamp, exponent)})
+    return lamp.write(path, {PHOTOMETRY: lamps.photometry(lamp, exponent)})
 
 
 @pytest.mark.parametrize(

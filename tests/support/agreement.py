@@ -31,6 +31,17 @@ def passes(
     return np.array(images, np.float64).reshape(shape).mean((2, 4))
 
 
+def agree(ours: np.ndarray, reference: np.ndarray, tolerance: float = 0.01) -> float:
+    """Demands that both have the same mean, and that nothing differs significantly."""
+    assert np.isfinite(ours).all()
+    means = [picture.mean((0, 1, 2)) for picture in (ours, reference)]
+    p = p_value(ours, reference)
+    print(f"p {p:.3g}, means {means[0] / means[1] - 1}")
+    np.testing.assert_allclose(*means, rtol=tolerance)
+    assert p > SIGNIFICANCE
+    return p
+
+
 def p_value(a: np.ndarray, b: np.ndarray, rounding: float = ROUNDING) -> float:
     """The smallest p-value of Welch's tests of the whole picture and of every block, by channel.
 

@@ -15,13 +15,12 @@ import trimesh
 
 from purelight_export import geometry
 from purelight_export.graph import Graph, Value
+from purelight_export.photometry import Intensity, ies_file, node_solid_angle
 from purelight_format import bundle
 from purelight_format.measures import BoundingSphere
-from purelight_format.members.manifest import Manifest, NetworkInfo
 from purelight_format.members.surface import Surface
-from purelight_format.networks import reference
-from purelight_format.networks.profile import inspect
 from purelight_format.networks.vectors import Vectors
+from tests.support import bundles
 
 CENTRE = (0.3, -0.2, 0.1)
 RADIUS = 0.25
@@ -39,18 +38,17 @@ class Lamp:
 
     def write(self, path: Path, more: dict[str, bytes] | None = None) -> Path:
         """Writes the lamp as a valid bundle, with more members if wanted."""
-        infos, members = {}, self.surface.to_members() | (more or {})
-        for name, model in self.networks.items():
-            cost = inspect(model, name)
-            infos[name] = NetworkInfo(
-                f"networks/{name}.onnx", cost.macs_per_sample, cost.floats_per_sample, cost.bytes
-            )
-            members[f"networks/{name}.onnx"] = model
-            members |= _golden(name, model).to_members()
-        manifest = Manifest(
-            path.stem, SPHERE, tuple(map(float, self.flux)), 1.0, 15.0, tuple(self.flux > 0), infos
+        manifest, members = bundles.parts(
+            self.surface,
+            {name: (model, _golden(name, model)) for name, model in self.networks.items()},
+            name=path.stem,
+            bounding_sphere=SPHERE,
+            flux=tuple(map(float, self.flux)),
+            radiance_scale=1.0,
+            r_max=15.0,
+            channels=tuple(self.flux > 0),
         )
-        bundle.write(path, manifest, members)
+        bundle.write(path, manifest, members | (more or {}))
         return path
 
 
@@ -68,9 +66,7 @@ def _golden(name: str, model: bytes) -> Vectors:
         wanted = {"sampler": ("point", "u"), "sampler_pdf": ("point", "toward")}
         inputs = {key: inputs[key] for key in wanted.get(name, ("point",))}
     inputs = {key: value.astype(np.float32) for key, value in inputs.items()}
-    outputs = reference.evaluate(model, inputs)
-    tolerances = {key: 1e-3 * (np.abs(y) + 1e-3) for key, y in outputs.items()}
-    return Vectors(name, inputs, outputs, tolerances)
+    return bundles.vectors(name, model, inputs, lambda y: 1e-3 * (np.abs(y) + 1e-3))
 
 
 # Networks
@@ -196,6 +192,18 @@ def _surface(mesh: trimesh.Trimesh, level: float = 1.0) -> Surface:
     positions = np.asarray(mesh.vertices + np.array(CENTRE), np.float32)
     flux = (mesh.area_faces[:, None] * math.pi * COLOUR * level).astype(np.float32)
     return Surface(positions, np.asarray(mesh.faces, np.uint32), flux)
+
+
+def photometry(lamp: Lamp, exponent: float) -> bytes:
+    """Intensity by a power of the cosine to -Z."""
+    vertical, horizontal = np.linspace(0, 180, 37), np.linspace(0, 360, 25)
+    cosine = np.maximum(np.cos(np.radians(vertical)), 0)
+    falling = cosine**exponent if exponent else np.ones_like(vertical)
+    total = falling @ node_solid_angle(vertical)
+    values = np.broadcast_to(falling[:, None] * lamp.flux / total, (25, 37, 3))
+    return ies_file(
+        Intensity(vertical, horizontal, values), name="x", issued="2026-01-01", radius=1
+    )
 
 
 # Scenes
