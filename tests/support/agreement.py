@@ -16,12 +16,16 @@ BLOCKS = 8
 
 
 def passes(
-    scene: mi.Scene, integrator: dict[str, Any], spp: int, count: int = 16, first: int = 0
+    scene: mi.Scene,
+    integrator: dict[str, Any] | mi.Integrator,
+    spp: int = 64,
+    count: int = 16,
+    first: int = 0,
 ) -> np.ndarray:
     """Renders independently: mean of `BLOCKS` x `BLOCKS` blocks of pixels, [count, B, B, 3]."""
     import mitsuba as mi
 
-    made = mi.load_dict(integrator)
+    made = mi.load_dict(integrator) if isinstance(integrator, dict) else integrator
     images = [
         np.array(mi.render(scene, integrator=made, spp=spp, seed=first + k))[..., :3]
         for k in range(count)

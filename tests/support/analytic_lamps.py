@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import drjit as dr
 import mitsuba as mi
 import numpy as np
 import trimesh
@@ -258,17 +257,3 @@ def room(*, size: int = 32, floor: Any = None, wall: Any = None) -> dict[str, An
             "bsdf": wall or grey,
         },
     }
-
-
-def average(
-    scene: mi.Scene, integrator: dict[str, Any] | mi.Integrator, spp: int = 64, passes: int = 16
-) -> np.ndarray:
-    """Independent renderings, averaged over blocks of pixels: [passes, blocks, blocks, 3]."""
-    made = mi.load_dict(integrator) if isinstance(integrator, dict) else integrator
-    images = []
-    for seed in range(passes):
-        image = np.array(mi.render(scene, integrator=made, spp=spp, seed=seed))[..., :3]
-        height, width, _ = image.shape
-        images.append(image.reshape(8, height // 8, 8, width // 8, 3).mean((1, 3)))
-    dr.sync_thread()
-    return np.array(images)

@@ -151,9 +151,9 @@ def test_a_near_weak_lamp_is_less_noisy_than_by_power(
     near = lamp(bundles["ball"], T().scale(0.1))
     far = lamp(bundles["ball"], T().translate([40, 0, 20]))
     settings = {"type": "purelight", "max_depth": 2, "engine": "fused"}
-    ours = lamps.average(floor(near, far), settings, spp=64, passes=32)
+    ours = passes(floor(near, far), settings, spp=64, count=32)
     monkeypatch.setattr(lamp_choice, "DEFENSIVE", 1.0)
-    by_power = lamps.average(floor(near, far), settings, spp=64, passes=32)
+    by_power = passes(floor(near, far), settings, spp=64, count=32)
     np.testing.assert_allclose(ours.mean(), by_power.mean(), rtol=0.05)
     lit = by_power.mean(0) > 0
     assert 20 * np.median(ours.var(0)[lit]) < np.median(by_power.var(0)[lit])
