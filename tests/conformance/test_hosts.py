@@ -66,7 +66,8 @@ def test_a_host_in_another_language_passes_everything_but_vets_no_files(whole: S
 
 def test_the_host_in_another_language_is_by_itself() -> None:
     files = {f"./{path.name}": path.read_text() for path in NODE.glob("*.mjs")}
-    imports = {name for text in files.values() for name in re.findall(r'^im.* "(.*)"', text, re.M)}
+    names = re.compile(r'^(?:import|} from).*"(.*)"', re.MULTILINE)
+    imports = {name for text in files.values() for name in names.findall(text)}
     assert {name for name in imports if name[:5] != "node:"} - files.keys() == {"onnxruntime-node"}
 
 
