@@ -1,9 +1,10 @@
 # Every command makes the environment in .venv first, from a bare clone, without root.
 PYTHON ?= python3
-BIN := .venv/bin
-READY := .venv/purelight-ready
+VENV ?= .venv
+BIN := $(VENV)/bin
+READY := $(VENV)/purelight-ready
 
-.PHONY: demo test test-all lint docs bench
+.PHONY: demo test test-all test-matrix test-node lint docs bench
 
 demo: $(READY)  ## train, export and render a lamp; the report lands in out/demo
 	$(BIN)/purelight-demo --output out/demo
@@ -13,6 +14,13 @@ test: $(READY)  ## the quick tests
 
 test-all: $(READY)  ## the quick, statistical and fuzz tests
 	$(BIN)/pytest
+
+test-matrix:  ## the quick tests on every Python that is installed, each in its own environment
+	.ci/matrix
+
+test-node: $(READY)  ## the conformance suite against the host in JavaScript; needs Node.js and npm
+	npm ci --ignore-scripts --prefix examples/hosts/node
+	$(BIN)/pytest tests/conformance/test_hosts.py -k another_language
 
 lint: $(READY)
 	$(BIN)/ruff check .
@@ -28,6 +36,6 @@ bench: $(READY)  ## speed against error; the tables land in out/bench
 $(READY): pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; sys.exit(not (3, 10) <= sys.version_info[:2] <= (3, 13))' || \
 	  { echo "error: PureLight needs Python 3.10 to 3.13; name one with make PYTHON=python3.11" >&2; exit 1; }
-	$(PYTHON) -m venv .venv
+	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install -c constraints.txt -e '.[dev]'
 	@touch $@

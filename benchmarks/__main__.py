@@ -17,13 +17,13 @@ import os
 import sys
 import time
 from functools import partial
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 from purelight_format import atomic
 from purelight_format.errors import PureLightError
 from purelight_mitsuba import platform
+from tests.support.trained import prepare
 
 COLUMNS = {  # Format, and where the figure is.
     "s": (".0f", "seconds"),
@@ -100,7 +100,7 @@ def measure(
 ) -> dict[str, Any]:
     """Figures of every chosen check for one lamp; `truth` is the one of `appearance`."""
     from benchmarks.checks import CHECKS
-    from benchmarks.fidelity import appearance
+    from tests.support.fidelity import appearance
 
     checks = CHECKS | {"appearance": partial(appearance, **truth)}
     unknown = set(chosen or ()) - set(checks)
@@ -142,28 +142,6 @@ def _cell(figures: dict[str, Any], style: str, *path: str) -> str:
     return "-" if value is None else format(value, style)
 
 
-def prepare(lamp: str, output: Path, preset: str, route: str, threads: int) -> Any:
-    """Build, train and export a lamp, or take what an earlier call left."""
-    import purelight_train.cli
-
-    run = output / f"{lamp}-{preset}-{route}"
-    bundle = run.with_name(run.name + ".plux")
-    scene = import_module(f"purelight_examples.luminaires.{lamp}").write(output / "lamps")
-    words = [str(scene), "--output", str(run), "--preset", preset, "--route", route, "--resume"]
-    words += ["--threads", str(threads)]
-    if not bundle.is_file() and purelight_train.cli.main(words) != 0:
-        sys.exit(2)
-    platform.use()
-    import purelight_export.cli
-    import purelight_mitsuba
-    from benchmarks.fidelity import Subject
-
-    purelight_mitsuba.register()
-    if not bundle.is_file() and purelight_export.cli.main([str(run), "--output", str(bundle)]):
-        sys.exit(2)
-    return Subject(scene, run, bundle)
-
-
 def reuse(folder: Path) -> Any:
     """A run and its bundle, made earlier.
 
@@ -172,8 +150,8 @@ def reuse(folder: Path) -> Any:
     """
     platform.use()
     import purelight_mitsuba
-    from benchmarks.fidelity import Subject
     from purelight_train.runs.run_directory import RunDirectory
+    from tests.support.fidelity import Subject
 
     demo = (folder / "run").is_dir()
     run = folder / "run" if demo else folder

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from benchmarks.fidelity import (
+from benchmarks.see_through import transmittance
+from tests.support.fidelity import (
     Figures,
     Subject,
     appearance,
@@ -15,7 +16,6 @@ from benchmarks.fidelity import (
     irradiance,
     sampler,
 )
-from benchmarks.see_through import transmittance
 
 CHECKS: dict[str, Callable[[Subject], Figures]] = {
     "flux": flux,

@@ -6,8 +6,8 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.fidelity import Figures, Subject
 from purelight_train.truth.backlit import Backlit
+from tests.support.fidelity import Figures, Subject
 
 PANELS, GLASS_RAYS = (15.0, 89.9), 16
 VIEWS = ((30.0, 10.0), (30.0, -50.0))  # azimuth and elevation

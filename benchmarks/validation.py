@@ -15,7 +15,6 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -23,10 +22,11 @@ import numpy as np
 import onnx
 from onnx import TensorProto, helper, numpy_helper
 
-from purelight_format import bundle, members
+from purelight_format import bundle
 from purelight_format.members.surface import Surface
 from purelight_format.validation.validate import examine_file, validate
-from tests.assets import golden_reports, lamp
+from tests.assets import golden_reports
+from tests.support import bundles, lamp
 
 SHARES = {"appearance": 0.5, "transparency": 0.25, "sampler": 0.125, "sampler_pdf": 0.125}
 ENTRY = 8  # Numbers of a table's row.
@@ -72,14 +72,12 @@ def _resident() -> float:
 
 def write_large(path: Path, megabytes: float) -> None:
     """A valid bundle whose networks are tables of that size in all."""
-    manifest, content = lamp.parts()
-    content, networks = dict(content), dict(manifest.networks)
+    large = {}
     for name, share in SHARES.items():
         data = _with_table(lamp.NETWORKS[name](), int(share * megabytes * 1e6 / (4 * ENTRY)))
-        content |= {members.network(name): data, **lamp.golden(name, data).to_members()}
-        networks[name] = lamp.info(name, data)
-    content |= _fine_surface().to_members()
-    bundle.write(path, replace(manifest, networks=networks), content)
+        large[name] = data, lamp.golden(name, data)
+    manifest, content = bundles.with_networks(lamp.parts(), large)
+    bundle.write(path, manifest, content | _fine_surface().to_members())
 
 
 def _with_table(proto: onnx.ModelProto, rows: int) -> bytes:

@@ -24,9 +24,10 @@ import numpy as np
 
 from benchmarks.one_network import INT64, Body, Graph, layers, repeated
 from benchmarks.validation import measure
-from purelight_format import bundle, members
+from purelight_format import bundle
 from purelight_format.members.surface import Surface
-from tests.assets import lamp
+from purelight_format.networks.vectors import Vectors
+from tests.support import bundles, lamp
 
 VALIDATE, PICTURE, MEMORY = 10.0, 60.0, 512
 NETWORKS = ("appearance", "transparency")
@@ -121,20 +122,17 @@ BODIES: dict[str, Body] = {
 
 def write(path: Path, name: str) -> None:
     """The tests' lamp with the networks, or the surface, of a name."""
-    manifest, content = lamp.parts()
-    content, networks = dict(content), dict(manifest.networks)
+    worst: dict[str, tuple[bytes, Vectors]] = {}
     if name in BODIES:
         for network in NETWORKS:
             g = Graph()
             data = g.model(*BODIES[name](g), network)
             golden = lamp.golden(network, data, 64)
             loose = {k: 1 + np.abs(y) for k, y in golden.outputs.items()}  # Indices may jump.
-            golden = replace(golden, tolerances=loose)
-            content |= {members.network(network): data, **golden.to_members()}
-            networks[network] = lamp.info(network, data)
-    else:
-        content |= SURFACES[name]().to_members()
-    bundle.write(path, replace(manifest, networks=networks), content)
+            worst[network] = data, replace(golden, tolerances=loose)
+    manifest, content = bundles.with_networks(lamp.parts(), worst)
+    surface = {} if name in BODIES else SURFACES[name]().to_members()
+    bundle.write(path, manifest, content | surface)
 
 
 def equal_triangles() -> Surface:

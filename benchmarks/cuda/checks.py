@@ -11,11 +11,11 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks import agreement
 from benchmarks.cuda import isolated
 from benchmarks.cuda.half_precision import half_bound
 from purelight_format.bundle import Bundle
 from purelight_format.networks.vectors import SIGNATURES, Vectors, compare
+from tests.support import agreement
 
 REFERENCE = "llvm_ad_rgb"
 TRACED = 1e-4  # Metres.

@@ -12,7 +12,6 @@ import mitsuba as mi
 import numpy as np
 from onnx import TensorProto, helper, numpy_helper
 
-from benchmarks.agreement import passes
 from benchmarks.network_speed import fused_seconds, peak, seconds
 from purelight_format.bundle import Bundle
 from purelight_format.networks.vectors import SIGNATURES
@@ -20,6 +19,7 @@ from purelight_mitsuba.lamps.luminaire import load
 from purelight_mitsuba.output import first_hit
 from purelight_mitsuba.translate.golden import Arrays, ReducedPrecisionWarning, evaluate, lanes
 from purelight_mitsuba.translate.network import FusedNetwork
+from tests.support.agreement import passes
 
 SIZE, SPP, DEPTH = 32, 64, 4
 HEIGHT = 3.0

@@ -59,9 +59,9 @@ class Worker:
 
     @cached_property
     def case(self) -> Any:
-        from benchmarks.fidelity import Subject
         from benchmarks.zoo.figures.case import Case
         from benchmarks.zoo.figures.enlarged import Enlarged
+        from tests.support.fidelity import Subject
 
         subject = Subject(self.scene, self.run_folder, self.bundle, self.threads)
         return Case(self.lamp, subject, Enlarged(self.lamp, self.folder / "large"), self.settings)

@@ -17,7 +17,7 @@ from purelight_format.issues import FormatError
 from purelight_format.limits import LIMITS
 from purelight_format.members import container, npy
 from purelight_format.usd import asset_layer
-from tests.assets import lamp
+from tests.support import bundles, lamp
 
 Asset = Callable[[], bytes]
 Proto = onnx.ModelProto
@@ -293,7 +293,7 @@ def with_network(data: bytes, content: dict[str, bytes] | None = None) -> bytes:
         stated = root["networks"]["appearance"]
         stated["bytes"] = len(data)
         with suppress(FormatError):  # So that the only fault of a sound network is another one.
-            stated.update(asdict(lamp.info("appearance", data)))
+            stated.update(asdict(bundles.info("appearance", data)))
             del stated["uniform_fraction"], stated["extra"]
 
     return lamp.seal({**(content or lamp.good()), APPEARANCE: data}, edit)

@@ -11,7 +11,7 @@ import onnx
 
 from purelight_format.members import container
 from purelight_format.networks.vectors import Vectors
-from tests.assets import smallest
+from tests.support import smallest
 
 SPEC = Path(__file__).parents[2] / "spec"
 PAGE, FILE = SPEC / "EXAMPLE.md", SPEC / "example.plux"

@@ -8,8 +8,9 @@ from pathlib import Path
 
 from purelight_format.validation.report import Report
 from purelight_format.validation.validate import validate
-from tests.assets import bad, hostile, lamp
+from tests.assets import bad, hostile
 from tests.assets.bad import Asset
+from tests.support import lamp
 
 PATH = Path(__file__).with_name("golden_reports.json")
 REMEDY = "run: python -m tests.assets.golden_reports"

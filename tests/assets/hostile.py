@@ -19,8 +19,9 @@ from onnx import TensorProto, helper
 
 from purelight_format.limits import LIMITS
 from purelight_format.members import container, npy
-from tests.assets import bad, lamp
+from tests.assets import bad
 from tests.assets.bad import APPEARANCE, Asset, asset, edited, layer, manifest, network, nodes, one
+from tests.support import lamp
 
 
 class Attack(NamedTuple):

@@ -16,7 +16,7 @@ from purelight_format.members import network as member_of
 from purelight_format.networks.vectors import SIGNATURES
 from purelight_mitsuba.lamps.luminaire import load
 from purelight_onnx.luminaire import Luminaire
-from tests.assets import lamp
+from tests.support import lamp
 
 
 def write(path: Path, network: str, error: float) -> Path:

@@ -23,7 +23,7 @@ from purelight_format.networks.operators import OPERATORS
 from purelight_format.networks.profile import NetworkCost
 from purelight_format.networks.vectors import SIGNATURES
 from purelight_onnx.session import Session
-from tests.assets.mutation import mutate
+from tests.fuzz.mutation import mutate
 
 EXTREMES = (0.3, 0.0, -1.0, 1e30, -3e38, np.inf, np.nan)
 ROWS = len(EXTREMES)

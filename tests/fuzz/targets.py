@@ -21,9 +21,10 @@ from purelight_format.members.manifest import parse
 from purelight_format.networks.profile import NetworkCost, inspect
 from purelight_format.usd import layer
 from purelight_format.validation.validate import examine
-from tests.assets import bad, lamp
-from tests.assets.mutation import mutate
+from tests.assets import bad
 from tests.fuzz import graphs, layers, networks
+from tests.fuzz.mutation import mutate
+from tests.support import lamp
 
 
 @dataclass(frozen=True)

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from purelight_format.members import strict_json
 from purelight_format.members.manifest import parse
-from tests.assets import lamp
 from tests.fuzz.targets import manifest_comes_back
+from tests.support import lamp
 
 NUMBER = st.one_of(st.integers(-(2**53), 2**53), st.floats(allow_nan=False, allow_infinity=False))
 TEXT = st.text(string.printable + "äß漢\U0001f4a1", max_size=8)

@@ -3,23 +3,16 @@
 from __future__ import annotations
 
 import math
-import sys
 from pathlib import Path
 from typing import Any
 
+import mitsuba as mi
 import numpy as np
 import pytest
-from scipy import stats
 
-from purelight_mitsuba import use
+from tests.support import analytic_lamps as lamps
+from tests.support.agreement import SIGNIFICANCE, agree, p_value, passes
 
-sys.path.append(str(Path(__file__).parents[1] / "unit" / "mitsuba"))
-
-mi = use()
-import analytic_lamps as lamps  # noqa: E402
-
-SIGNIFICANCE = 0.01
-ROUNDING = 1e-5
 DEPTH = 5
 PATH = {"type": "path", "max_depth": DEPTH}
 T = mi.ScalarTransform4f
@@ -30,26 +23,6 @@ FLOORS = ({"type": "conductor"}, {"type": "roughconductor", "alpha": 0.1})
 
 def ours(mode: str = "accurate", **settings: Any) -> dict[str, Any]:
     return {"type": "purelight", "mode": mode, "max_depth": DEPTH, **settings}
-
-
-def smallest_p(a: np.ndarray, b: np.ndarray) -> float:
-    """The smallest p-value of a t-test of every block and channel, corrected for their number.
-
-    Arguments:
-        a, b: Independent renderings [passes, ...]; rounding counts as an error of their means.
-    """
-    difference = a.mean(0, dtype=np.float64) - b.mean(0, dtype=np.float64)
-    variance = (a.var(0, ddof=1, dtype=np.float64) + b.var(0, ddof=1, dtype=np.float64)) / len(a)
-    error = np.sqrt(variance + (ROUNDING * b.mean(0)) ** 2) + np.finfo(np.float32).tiny
-    p = 2 * stats.t.sf(np.abs(difference) / error, len(a) - 1)
-    return 1 - (1 - p.min()) ** p.size
-
-
-def agree(ours_: np.ndarray, reference: np.ndarray, tolerance: float = 0.01) -> None:
-    """Both pictures have the same mean, and no block differs significantly."""
-    assert np.isfinite(ours_).all()
-    np.testing.assert_allclose(ours_.mean((0, 1, 2)), reference.mean((0, 1, 2)), rtol=tolerance)
-    assert smallest_p(ours_, reference) > SIGNIFICANCE
 
 
 def lamp(path: Path, to_world: Any, **settings: Any) -> dict[str, Any]:
@@ -75,7 +48,7 @@ def test_one_lamp(bundles: Path, tmp_path: Path, mode: str) -> None:
     room = lamps.room()
     reference = mi.load_dict(room | stock(lamps.ball(), tmp_path, to_world))
     scene = mi.load_dict(room | {"lamp": lamp(bundles / "ball.plux", to_world)})
-    agree(lamps.average(scene, ours(mode)), lamps.average(reference, PATH))
+    agree(passes(scene, ours(mode)), passes(reference, PATH))
 
 
 def test_three_percent_would_be_noticed(bundles: Path, tmp_path: Path) -> None:
@@ -83,7 +56,7 @@ def test_three_percent_would_be_noticed(bundles: Path, tmp_path: Path) -> None:
     reference = mi.load_dict(lamps.room() | stock(lamps.ball(), tmp_path, to_world))
     brighter = lamp(bundles / "ball.plux", to_world, dimmer=1.03)
     scene = mi.load_dict(lamps.room() | {"lamp": brighter})
-    p = smallest_p(lamps.average(scene, ours()), lamps.average(reference, PATH))
+    p = p_value(passes(scene, ours()), passes(reference, PATH))
     assert p < SIGNIFICANCE
 
 
@@ -91,7 +64,7 @@ def test_rotation_scale_and_dimmer(bundles: Path, tmp_path: Path) -> None:
     ball = lamps.ball(0.5)
     reference = mi.load_dict(lamps.room() | stock(ball, tmp_path, TURNED, tilt=0.5, dimmer=2.0))
     scene = mi.load_dict(lamps.room() | {"lamp": lamp(bundles / "tilted.plux", TURNED, dimmer=2.0)})
-    agree(lamps.average(scene, ours()), lamps.average(reference, PATH))
+    agree(passes(scene, ours()), passes(reference, PATH))
 
 
 @pytest.mark.slow
@@ -120,7 +93,7 @@ def test_lamps_of_two_kinds_beside_a_stock_light(bundles: Path, tmp_path: Path, 
         | stock(lamps.ball(tilt), tmp_path, TURNED, tilt=tilt)
         | stock(lamps.ball(), tmp_path, near)
     )
-    agree(lamps.average(scene, ours(mode)), lamps.average(reference, PATH))
+    agree(passes(scene, ours(mode)), passes(reference, PATH))
 
 
 @pytest.mark.slow
@@ -135,7 +108,7 @@ def test_reflection(bundles: Path, tmp_path: Path, mode: str, floor: dict[str, A
     room = lamps.room(floor=floor)
     reference = mi.load_dict(room | stock(lamps.ball(), tmp_path, to_world))
     scene = mi.load_dict(room | {"lamp": lamp(bundles / "ball.plux", to_world)})
-    agree(lamps.average(scene, ours(mode)), lamps.average(reference, PATH))
+    agree(passes(scene, ours(mode)), passes(reference, PATH))
 
 
 @pytest.mark.parametrize("mode", MODES)
@@ -143,7 +116,7 @@ def test_floor_through_the_bounding_sphere(bundles: Path, tmp_path: Path, mode: 
     to_world = T().translate([-0.3, 0.2, -0.75])
     reference = mi.load_dict(lamps.room() | stock(lamps.ball(), tmp_path, to_world))
     scene = mi.load_dict(lamps.room() | {"lamp": lamp(bundles / "ball.plux", to_world)})
-    agree(lamps.average(scene, ours(mode)), lamps.average(reference, PATH), 0.02)
+    agree(passes(scene, ours(mode)), passes(reference, PATH), 0.02)
 
 
 def sheet_room() -> dict[str, Any]:
@@ -174,7 +147,7 @@ def test_stock_lights_through_a_sheet(tmp_path: Path) -> None:
     reference = mi.load_dict(sheet_room() | {"sheet": sheet})
     scene = mi.load_dict(sheet_room() | {"sheet": lamp(tmp_path / "sheet.plux", SHEET)})
     volpath = {"type": "volpath", "max_depth": DEPTH}
-    agree(lamps.average(scene, ours()), lamps.average(reference, volpath))
+    agree(passes(scene, ours()), passes(reference, volpath))
 
 
 def test_coloured_transmittance_treats_channels_apart(tmp_path: Path) -> None:
@@ -182,7 +155,7 @@ def test_coloured_transmittance_treats_channels_apart(tmp_path: Path) -> None:
     for index, through in enumerate([[0.4] * 3, [0.4, 0.7, 0.7], [0.7, 0.4, 0.1]]):
         path = lamps.glass_sheet(through).write(tmp_path / f"sheet{index}.plux")
         scene = mi.load_dict(sheet_room() | {"sheet": lamp(path, SHEET)})
-        pictures.append(lamps.average(scene, ours(), spp=4, passes=1))
+        pictures.append(passes(scene, ours(), spp=4, count=1))
     grey, red, green = pictures
     np.testing.assert_allclose(red[..., 0], grey[..., 0], rtol=1e-4, atol=1e-6)
     np.testing.assert_allclose(green[..., 1], grey[..., 1], rtol=1e-4, atol=1e-6)
@@ -199,15 +172,15 @@ def test_overlapping_lamps_are_crossed_once_each(tmp_path: Path) -> None:
     }
     sheets = {f"s{k}": lamp(path, T().translate([0, 0, z])) for k, z in enumerate((0, 0.05, -2.0))}
     scene = mi.load_dict({"type": "scene", "sensor": sensor, "sky": sky} | sheets)
-    image = lamps.average(scene, ours(), spp=1, passes=1)
+    image = passes(scene, ours(), spp=1, count=1)
     np.testing.assert_allclose(image, 0.125, rtol=1e-5)
 
 
 def test_hidden_lamps_still_light_the_room(bundles: Path) -> None:
     to_world = T().translate([0.1, 0.2, 0.3])
     scene = mi.load_dict(lamps.room() | {"lamp": lamp(bundles / "ball.plux", to_world)})
-    shown = lamps.average(scene, ours(), passes=2)
-    hidden = lamps.average(scene, ours(hide_emitters=True), passes=2)
+    shown = passes(scene, ours(), count=2)
+    hidden = passes(scene, ours(hide_emitters=True), count=2)
     covered = shown[0, ..., 0] > 1.5
     assert covered.any()
     assert hidden[0, ..., 0][covered].max() < 1.0
@@ -221,7 +194,7 @@ def test_spoilt_answers_are_dark_and_counted(tmp_path: Path, mode: str) -> None:
     scene = mi.load_dict(lamps.room() | {"lamp": lamp(path, to_world)})
     integrator = mi.load_dict(ours(mode))
     with pytest.warns(UserWarning, match="infinite or no number"):
-        image = lamps.average(scene, integrator, spp=4, passes=1)
+        image = passes(scene, integrator, spp=4, count=1)
     assert np.isfinite(image).all()
     assert integrator.spoilt > 0
 
@@ -246,7 +219,7 @@ def test_sizes_from_millimetres_to_kilometres(
 ) -> None:
     settings = ours(mode, hide_emitters=True)
     expected, found = (
-        lamps.average(small_scene(bundles / "ball.plux", *scales), settings, passes=2)
+        passes(small_scene(bundles / "ball.plux", *scales), settings, count=2)
         for scales in ((1, 0.01), (room_scale, lamp_scale))
     )
     np.testing.assert_allclose(found.mean((0, 1, 2)), expected.mean((0, 1, 2)), rtol=0.01)

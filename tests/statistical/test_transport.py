@@ -8,23 +8,18 @@ from __future__ import annotations
 
 import itertools
 import math
-import sys
 from pathlib import Path
 from typing import Any
 
+import mitsuba as mi
 import numpy as np
 import pytest
 from scipy import stats
 
-from purelight_mitsuba import use
-
-sys.path.append(str(Path(__file__).parents[1] / "unit" / "mitsuba"))
-
-mi = use()
-import analytic_lamps as lamps  # noqa: E402
-import twins  # noqa: E402
-from agreement import SIGNIFICANCE, agree, passes  # noqa: E402
-from twins import Ball, Dome, Hanging, Panel, T  # noqa: E402
+from tests.support import analytic_lamps as lamps
+from tests.support import twins
+from tests.support.agreement import SIGNIFICANCE, agree, passes
+from tests.support.twins import Ball, Dome, Hanging, Panel, T
 
 DEPTH = 5
 R = lamps.RADIUS

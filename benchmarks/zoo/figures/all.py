@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from benchmarks import fidelity
-from benchmarks.fidelity import Figures
 from benchmarks.zoo.figures.case import Case
 from benchmarks.zoo.figures.floors import floor, reference
 from benchmarks.zoo.figures.rooms import near_field, room
 from benchmarks.zoo.figures.views import appearance, transmittance
+from tests.support import fidelity
+from tests.support.fidelity import Figures
 
 
 def flux(case: Case) -> Figures:

@@ -6,12 +6,12 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from benchmarks.fidelity import Subject
 from benchmarks.zoo.figures.enlarged import Enlarged
 from benchmarks.zoo.lamps.lamp import Lamp
 from benchmarks.zoo.settings import Settings
 from purelight_format.measures import BoundingSphere
 from purelight_train.truth.plane import Plane
+from tests.support.fidelity import Subject
 
 SETTLED = 0.02  # relative standard error of a mean from which on it says nothing
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from benchmarks import fidelity
-from benchmarks.fidelity import Figures
 from benchmarks.zoo.figures import scenes
 from benchmarks.zoo.figures.case import SETTLED, Case
+from tests.support import fidelity
+from tests.support.fidelity import Figures
 
 FLOOR, FLOOR_SIDE, CELLS = 4.0, 8.0, 16  # below the lamp's centre, and edge, in radii
 SHADOW, SHADOW_SIDE, SHADOW_CELLS = 1.6, 2.0, 32

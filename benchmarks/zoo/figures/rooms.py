@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.fidelity import Figures
 from benchmarks.zoo import sheet
 from benchmarks.zoo.figures import near, scenes
 from benchmarks.zoo.figures.case import Case
 from purelight_train.truth.metrics import Comparison
 from purelight_train.truth.picture import Picture
+from tests.support.fidelity import Figures
 
 GOAL = 0.015  # noise of a patch that is enough
 Image = NDArray[np.float64]

@@ -8,8 +8,6 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks import fidelity
-from benchmarks.fidelity import Figures
 from benchmarks.zoo import sheet
 from benchmarks.zoo.figures import scenes
 from benchmarks.zoo.figures.case import SETTLED, Case
@@ -20,6 +18,8 @@ from purelight_train.truth.metrics import Comparison
 from purelight_train.truth.picture import Passes, Picture, means
 from purelight_train.truth.thin_lens import ThinLens
 from purelight_train.truth.views import three_views
+from tests.support import fidelity
+from tests.support.fidelity import Figures
 
 PINHOLE = 1e-4
 BLOCK = 4  # as in the training's report

@@ -5,25 +5,23 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import mitsuba as mi
 import numpy as np
 import pytest
 import trimesh
 
+from benchmarks.zoo.figures import near, scenes
+from benchmarks.zoo.figures.enlarged import LIGHT_TRACING, PATH_TRACING
+from benchmarks.zoo.figures.through import seen_through
+from benchmarks.zoo.figures.views import side_by_side
 from purelight_format.measures import BoundingSphere
-from purelight_mitsuba import use
-
-mi = use()
-from benchmarks.fidelity import Subject, floor_irradiance, traced_plane  # noqa: E402
-from benchmarks.zoo.figures import near, scenes  # noqa: E402
-from benchmarks.zoo.figures.enlarged import LIGHT_TRACING, PATH_TRACING  # noqa: E402
-from benchmarks.zoo.figures.through import seen_through  # noqa: E402
-from benchmarks.zoo.figures.views import side_by_side  # noqa: E402
-from purelight_train.light.exit_surface import inward_rays  # noqa: E402
-from purelight_train.light.radiance_field import look  # noqa: E402
-from purelight_train.truth.metrics import Comparison  # noqa: E402
-from purelight_train.truth.picture import Passes, Picture  # noqa: E402
-from purelight_train.truth.plane import Plane  # noqa: E402
-from purelight_train.truth.thin_lens import ThinLens  # noqa: E402
+from purelight_train.light.exit_surface import inward_rays
+from purelight_train.light.radiance_field import look
+from purelight_train.truth.metrics import Comparison
+from purelight_train.truth.picture import Passes, Picture
+from purelight_train.truth.plane import Plane
+from purelight_train.truth.thin_lens import ThinLens
+from tests.support.fidelity import Subject, floor_irradiance, traced_plane
 
 SPHERE = BoundingSphere((0.0, 0.0, 0.0), 1.0)
 BALL = {
@@ -55,7 +53,7 @@ def test_floor_of_a_ball_is_that_of_the_formula(integrator: dict[str, Any]) -> N
 
 
 def test_floor_of_our_own_tracer_is_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("benchmarks.fidelity.CHUNK", 1 << 20)
+    monkeypatch.setattr("tests.support.fidelity.CHUNK", 1 << 20)
     plane = Plane((0.0, 0.0, -4.0), 8.0, 4)
     scene = mi.load_dict({"type": "scene", "lamp": BALL})
     told, error = traced_plane(scene, plane, 1 << 21, 5)

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.assets import lamp
+from tests.support import lamp
 
 README = Path(__file__).parents[3] / "README.md"
 

@@ -13,7 +13,7 @@ from purelight_format.measures import BoundingSphere
 from purelight_format.members import npy
 from purelight_format.members.surface import Surface
 from purelight_format.networks.vectors import SIGNATURES, Vectors, compare, layout
-from tests.assets import lamp
+from tests.support import lamp
 
 ARRAYS = [
     np.zeros((0, 3), "<f4"),

@@ -14,7 +14,7 @@ import pytest
 
 from purelight_format import atomic, bundle
 from purelight_format.errors import PureLightError
-from tests.assets import lamp
+from tests.support import lamp
 
 OLD, NEW = b"old bytes", b"new bytes" * 100
 POSIX = pytest.mark.skipif(os.name != "posix", reason="permissions of POSIX files")

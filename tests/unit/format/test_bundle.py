@@ -19,7 +19,8 @@ from purelight_format.limits import LIMITS
 from purelight_format.members.manifest import Manifest
 from purelight_format.validation.report import Report
 from purelight_format.validation.validate import validate
-from tests.assets import bad, lamp
+from tests.assets import bad
+from tests.support import lamp
 
 SCHEMA = json.loads((Path(__file__).parents[3] / "spec/schema/report.schema.json").read_text())
 

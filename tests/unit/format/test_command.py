@@ -10,7 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.assets import bad, lamp
+from tests.assets import bad
+from tests.support import lamp
 
 ODD = "Lämpchen \u202eevil\x9b2J 灯"  # A bidi mark and a C1 control among letters.
 

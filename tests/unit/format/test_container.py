@@ -9,7 +9,7 @@ import pytest
 
 from purelight_format.issues import FormatError
 from purelight_format.members import container
-from tests.assets import lamp
+from tests.support import lamp
 
 MEMBERS = {"a.usda": b"", "b/c.bin": bytes(range(256)), "x" * 64: b"1", "d/e/f/g.txt": b"text" * 99}
 

@@ -12,7 +12,8 @@ import pytest
 from purelight_format.errors import PureLightError
 from purelight_format.validation import validate as module
 from purelight_format.validation.validate import Examination, examine, validate
-from tests.assets import bad, lamp
+from tests.assets import bad
+from tests.support import lamp
 
 STAGES = ("_container", "_manifest", "_digests", "_layer", "_members", "_networks", "_surface",
           "_vectors", "_values")  # fmt: skip

@@ -14,7 +14,8 @@ from purelight_format import atomic, bundle, cli
 from purelight_format.errors import PureLightError
 from purelight_format.limits import LIMITS
 from purelight_format.validation.validate import validate
-from tests.assets import attacks_page, bad, lamp
+from tests.assets import attacks_page, bad
+from tests.support import lamp
 
 POSIX = pytest.mark.skipif(os.name != "posix", reason="pipes, devices and links of POSIX")
 ROOT = Path(__file__).parents[3]

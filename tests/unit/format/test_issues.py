@@ -10,7 +10,8 @@ import pytest
 
 from purelight_format.issues import CODES, Severity
 from purelight_format.validation.issues_document import document
-from tests.assets import bad, golden_reports, lamp
+from tests.assets import bad, golden_reports
+from tests.support import lamp
 
 SPEC = Path(__file__).parents[3] / "spec"
 # A warning of its own that comes with the error, as the asset cannot be made without it.

@@ -11,7 +11,8 @@ from purelight_format.bundle import Bundle
 from purelight_format.errors import PureLightError
 from purelight_format.limits import LIMITS, Limits
 from purelight_format.validation.validate import examine, validate
-from tests.assets import bad, lamp
+from tests.assets import bad
+from tests.support import lamp
 
 # A value just below what the good lamp has, and the code that says so.
 LOWERED = {

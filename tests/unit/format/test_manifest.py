@@ -15,7 +15,7 @@ from purelight_format.errors import PureLightError
 from purelight_format.issues import FormatError
 from purelight_format.members import manifest, strict_json
 from purelight_format.members.manifest import Member, parse
-from tests.assets import lamp
+from tests.support import lamp
 
 FOLDER = Path(__file__).parents[3] / "spec/schema"
 SCHEMAS = {path.name: json.loads(path.read_text()) for path in FOLDER.glob("*.json")}

@@ -26,7 +26,8 @@ from purelight_format.networks.vectors import SIGNATURES
 from purelight_format.networks.wire import FIELDS_EACH
 from purelight_format.usd.text import COMPOSING, LAYER_FIELDS, PRIM_FIELDS, PROPERTY_FIELDS
 from purelight_format.validation.validate import validate
-from tests.assets import example_page, smallest
+from tests.assets import example_page
+from tests.support import smallest
 
 ROOT = Path(__file__).parents[3]
 SPEC = ROOT / "spec"

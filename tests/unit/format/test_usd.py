@@ -18,7 +18,7 @@ from purelight_format import bundle, usd_schema
 from purelight_format.bundle import Bundle
 from purelight_format.usd import layer
 from purelight_format.usd.asset_layer import Paths, identifier, layer_text, luminaires
-from tests.assets import lamp
+from tests.support import lamp
 
 usd_schema.register()
 PATHS = Paths("./lamp.plux", "./lamp.usda", "ab" * 32, "./lamp.ies")

@@ -6,13 +6,13 @@ import errno
 import os
 from pathlib import Path
 
-import analytic_lamps as lamps
 import numpy as np
 import OpenEXR
 import pytest
 
 from purelight_mitsuba.cli import main
 from purelight_mitsuba.output import passes
+from tests.support import analytic_lamps as lamps
 
 SCENE = """<scene version="3.0.0">{integrator}
 <sensor type="perspective"><transform name="to_world">

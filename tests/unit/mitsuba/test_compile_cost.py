@@ -13,8 +13,9 @@ from purelight_format.bundle import Bundle
 from purelight_format.errors import PureLightError
 from purelight_mitsuba.lamps.luminaire import Luminaire
 from purelight_mitsuba.translate.compile_cost import ELEMENTS, LAYERS, require_compilable, seconds
-from tests.assets import bad, lamp
+from tests.assets import bad
 from tests.assets.bad import APPEARANCE, one
+from tests.support import lamp
 
 
 def wide(*made: Any, width: int, **constants: Any) -> bytes:

@@ -5,13 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import analytic_lamps as lamps
 import mitsuba as mi
 import numpy as np
 import pytest
 
 from purelight_mitsuba.lamps.luminaire import load
 from purelight_mitsuba.lamps.table import Lamps
+from tests.support import analytic_lamps as lamps
+from tests.support.agreement import passes
 
 T = mi.ScalarTransform4f
 
@@ -76,17 +77,17 @@ def test_equal_bundles_share_their_networks(bundle: Path) -> None:
 def test_parameters_move_and_dim_a_lamp(bundle: Path) -> None:
     scene = mi.load_dict(lamps.room() | {"lamp": lamp(bundle)})
     integrator = mi.load_dict({"type": "purelight", "max_depth": 2})
-    before = lamps.average(scene, integrator, spp=16, passes=1)
+    before = passes(scene, integrator, spp=16, count=1)
     params = mi.traverse(scene)
     params["lamp.dimmer"] = 0.5
     params.update()
-    dimmed = lamps.average(scene, integrator, spp=16, passes=1)
+    dimmed = passes(scene, integrator, spp=16, count=1)
     np.testing.assert_allclose(dimmed, 0.5 * before, rtol=1e-4)
     params["lamp.to_world"] = mi.Transform4f().translate([0, 0, 1])
     params.update()
-    moved = lamps.average(scene, integrator, spp=16, passes=1)
+    moved = passes(scene, integrator, spp=16, count=1)
     there = lamp(bundle, dimmer=0.5, to_world=T().translate([0, 0, 1]))
-    fresh = lamps.average(mi.load_dict(lamps.room() | {"lamp": there}), integrator, 16, 1)
+    fresh = passes(mi.load_dict(lamps.room() | {"lamp": there}), integrator, 16, 1)
     np.testing.assert_allclose(moved, fresh, rtol=1e-4)
     assert np.abs(moved - dimmed).max() > 0.1
 
@@ -94,14 +95,14 @@ def test_parameters_move_and_dim_a_lamp(bundle: Path) -> None:
 def test_a_bundle_written_anew_is_read_before_the_next_rendering(bundle: Path) -> None:
     scene = mi.load_dict(lamps.room() | {"a": lamp(bundle), "b": lamp(bundle)})
     integrator = mi.load_dict({"type": "purelight", "max_depth": 2})
-    before = lamps.average(scene, integrator, spp=16, passes=1)
+    before = passes(scene, integrator, spp=16, count=1)
     lamps.ball(0.5).write(bundle)
-    after = lamps.average(scene, integrator, spp=16, passes=1)
+    after = passes(scene, integrator, spp=16, count=1)
     assert np.abs(after - before).max() > 0.1
     first, second = scene.emitters()
     assert first.luminaire is second.luminaire is load(bundle)
     bundle.unlink()
-    kept = lamps.average(scene, integrator, spp=16, passes=1)
+    kept = passes(scene, integrator, spp=16, count=1)
     np.testing.assert_allclose(kept, after, rtol=1e-4)
     bundle.write_bytes(b"nothing")
     with pytest.raises(Exception, match="not a valid bundle"):
@@ -132,18 +133,18 @@ def test_too_many_overlapping_lamps_are_refused(bundle: Path) -> None:
 
 def test_stock_integrators_get_no_light_from_it(bundle: Path) -> None:
     scene = mi.load_dict(lamps.room() | {"lamp": lamp(bundle)})
-    image = lamps.average(scene, {"type": "path"}, spp=4, passes=1)
+    image = passes(scene, {"type": "path"}, spp=4, count=1)
     assert (image == 0).all()
 
 
 def test_a_scene_without_lamps_renders_as_path_tracing_does() -> None:
     sky = {"type": "constant", "radiance": {"type": "rgb", "value": [1.0, 2.0, 3.0]}}
     scene = mi.load_dict(lamps.room() | {"sky": sky})
-    ours = lamps.average(scene, {"type": "purelight", "max_depth": 4})
-    path = lamps.average(scene, {"type": "path", "max_depth": 4})
+    ours = passes(scene, {"type": "purelight", "max_depth": 4})
+    path = passes(scene, {"type": "path", "max_depth": 4})
     np.testing.assert_allclose(ours.mean((0, 1, 2)), path.mean((0, 1, 2)), rtol=5e-3)
 
 
 def test_a_room_without_any_light_is_black() -> None:
     scene = mi.load_dict(lamps.room())
-    assert (lamps.average(scene, {"type": "purelight"}, spp=1, passes=1) == 0).all()
+    assert (passes(scene, {"type": "purelight"}, spp=1, count=1) == 0).all()

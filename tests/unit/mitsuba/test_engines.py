@@ -7,12 +7,10 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import analytic_lamps as lamps
 import drjit as dr
 import mitsuba as mi
 import numpy as np
 import pytest
-from agreement import agree, passes
 
 from purelight_export.graph import Graph
 from purelight_format.errors import PureLightError
@@ -28,6 +26,8 @@ from purelight_mitsuba.transport import (
     scene_parts,
 )
 from purelight_onnx.luminaire import Luminaire
+from tests.support import analytic_lamps as lamps
+from tests.support.agreement import agree, passes
 
 ENGINES = ("fused", "queued")
 MODES = ("accurate", "fast")

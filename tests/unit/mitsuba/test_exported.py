@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 from typing import Any
 
 import drjit as dr
@@ -14,31 +13,15 @@ import torch
 from torch import nn
 
 from purelight_export import networks
-from purelight_format.measures import BoundingSphere
 from purelight_mitsuba.translate.network import FusedNetwork
 from purelight_onnx.session import Session
-from purelight_train.light.description import Description
-from purelight_train.networks.encodings import MLP, GridEncoding
 from purelight_train.networks.fast_map import FastMap
 from purelight_train.networks.sampler import Sampler
 from purelight_train.networks.student import Student
 from purelight_train.networks.transparency import Transparency
-from purelight_train.presets import DRAFT, FlowSize, GridSize, MLPSize
+from tests.support import untrained
 
-CENTRE, RADIUS = (0.1, -0.2, 0.3), 0.25
-SPHERE, FLUX = BoundingSphere(CENTRE, RADIUS), (3.0, 2.0, 1.0)
-DESCRIPTION = Description(SPHERE, FLUX, (0.0, 0.0, 0.0), 7.5, (True, True, True), 0.4, 1)
-PRESET = replace(
-    DRAFT,
-    name="test",
-    student_grid=GridSize(4, 4, 4, 40, 1 << 12),
-    student_network=MLPSize(16, 2),
-    transparency_grid=GridSize(2, 3, 4, 8, 1 << 10),
-    transparency_network=MLPSize(8, 1),
-    point_grid=GridSize(2, 4, 2, 6, 1 << 9),
-    sampler_flow=FlowSize(2, MLPSize(16, 1), 8),
-    fast_map_network=MLPSize(16, 1),
-)
+CENTRE, RADIUS = untrained.SPHERE.center, untrained.SPHERE.radius
 ROWS = 512
 
 
@@ -48,18 +31,6 @@ def _single_thread() -> Iterator[None]:
     torch.set_num_threads(1)
     yield
     torch.set_num_threads(before)
-
-
-def wild(kind: type[nn.Module]) -> Any:
-    """A network with weights as large as a trained one's."""
-    torch.manual_seed(11)
-    module = kind(DESCRIPTION, PRESET)
-    for part in module.modules():
-        if isinstance(part, GridEncoding):
-            nn.init.uniform_(part.table, -1, 1)
-        if isinstance(part, MLP):
-            nn.init.normal_(part[-1].weight, 0, 0.5)
-    return module
 
 
 def unit(rng: np.random.Generator) -> np.ndarray:
@@ -110,7 +81,7 @@ def evaluate(model: bytes, inputs: dict[str, np.ndarray]) -> list[np.ndarray]:
 def test_same_answers_as_onnx_runtime(
     kind: type[nn.Module], export: Any, names: list[str], compact: bool
 ) -> None:
-    model = export(wild(kind), compact=compact)
+    model = export(untrained.wild(kind), compact=compact)
     inputs = queries(names)
     expected = Session(model)(inputs).values()
     for ours, theirs in zip(evaluate(model, inputs), expected, strict=True):

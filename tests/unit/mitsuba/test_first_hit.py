@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import analytic_lamps as lamps
 import mitsuba as mi
 import numpy as np
 import pytest
 
 from purelight_mitsuba.output.first_hit import layers
+from tests.support import analytic_lamps as lamps
 
 
 @pytest.fixture

@@ -5,19 +5,18 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import analytic_lamps as lamps
 import drjit as dr
 import mitsuba as mi
 import numpy as np
 import pytest
-from agreement import SIGNIFICANCE, agree, passes
 from scipy import stats
-from test_room_only import photometry
 
 from purelight_format.members import PHOTOMETRY
 from purelight_mitsuba.lamps import lamp_choice
 from purelight_mitsuba.lamps.lamp_choice import SIDE, cell, intensities
 from purelight_mitsuba.lamps.table import Lamps
+from tests.support import analytic_lamps as lamps
+from tests.support.agreement import SIGNIFICANCE, agree, passes
 
 T = mi.ScalarTransform4f
 DRAWS = 1 << 17
@@ -34,7 +33,7 @@ POINTS = {
 def bundles(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     """A ball without photometry, and one whose photometry is that of a spot toward -Z."""
     folder, ball = tmp_path_factory.mktemp("lamps"), lamps.ball()
-    spot = ball.write(folder / "spot.plux", {PHOTOMETRY: photometry(ball, 30.0)})
+    spot = ball.write(folder / "spot.plux", {PHOTOMETRY: lamps.photometry(ball, 30.0)})
     return {"ball": ball.write(folder / "ball.plux"), "spot": spot}
 
 
@@ -152,9 +151,9 @@ def test_a_near_weak_lamp_is_less_noisy_than_by_power(
     near = lamp(bundles["ball"], T().scale(0.1))
     far = lamp(bundles["ball"], T().translate([40, 0, 20]))
     settings = {"type": "purelight", "max_depth": 2, "engine": "fused"}
-    ours = lamps.average(floor(near, far), settings, spp=64, passes=32)
+    ours = passes(floor(near, far), settings, spp=64, count=32)
     monkeypatch.setattr(lamp_choice, "DEFENSIVE", 1.0)
-    by_power = lamps.average(floor(near, far), settings, spp=64, passes=32)
+    by_power = passes(floor(near, far), settings, spp=64, count=32)
     np.testing.assert_allclose(ours.mean(), by_power.mean(), rtol=0.05)
     lit = by_power.mean(0) > 0
     assert 20 * np.median(ours.var(0)[lit]) < np.median(by_power.var(0)[lit])

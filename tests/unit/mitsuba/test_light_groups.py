@@ -5,12 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import analytic_lamps as lamps
 import mitsuba as mi
 import numpy as np
 import pytest
 
 from purelight_format.errors import PureLightError
+from tests.support import analytic_lamps as lamps
 
 ENGINES = ("fused", "queued")
 MODES = ("accurate", "fast")

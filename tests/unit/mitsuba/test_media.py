@@ -6,7 +6,6 @@ import warnings
 from pathlib import Path
 from typing import Any
 
-import analytic_lamps as lamps
 import mitsuba as mi
 import numpy as np
 import pytest
@@ -14,6 +13,7 @@ import pytest
 from purelight_mitsuba.cli import main
 from purelight_mitsuba.output import passes
 from purelight_mitsuba.transport.media import MediaWarning, ignored
+from tests.support import analytic_lamps as lamps
 
 FOG: dict[str, Any] = {"type": "homogeneous", "sigma_t": 1.0, "albedo": 0.5}
 SCENE = """<scene version="3.0.0">

@@ -5,10 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import analytic_lamps as lamps
 import mitsuba as mi
 import numpy as np
 import pytest
+
+from tests.support import analytic_lamps as lamps
 
 T = mi.ScalarTransform4f
 THROUGH = 0.5

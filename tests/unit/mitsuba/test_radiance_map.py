@@ -8,7 +8,6 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 import pytest
-from analytic_lamps import CENTRE, RADIUS, SPHERE, ball, shining_map
 from scipy import stats
 
 from purelight_format import measures
@@ -19,6 +18,7 @@ from purelight_mitsuba.sampling.radiance_map import SIDE, Drawn, draw, lit
 from purelight_mitsuba.translate.operators import row
 from purelight_mitsuba.transport import batched_maps
 from purelight_onnx.luminaire import Luminaire
+from tests.support.analytic_lamps import CENTRE, RADIUS, SPHERE, ball, shining_map
 
 CELLS = SIDE * SIDE
 COUNT = 1 << 18

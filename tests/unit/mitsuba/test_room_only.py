@@ -5,36 +5,24 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import analytic_lamps as lamps
 import mitsuba as mi
 import numpy as np
 import pytest
-from twins import Ball, Hanging, Panel, T, twins
 
-from purelight_export.photometry import Intensity, ies_file
 from purelight_format.errors import PureLightError
 from purelight_format.members import PHOTOMETRY
 from purelight_format.photometry.table import node_solid_angle
 from purelight_mitsuba.sampling.far_field import HORIZONTAL, VERTICAL, FarField
+from tests.support import analytic_lamps as lamps
+from tests.support.agreement import passes
+from tests.support.twins import Ball, Hanging, Panel, T, twins
 
 FACING = T().translate([0.2, 0.1, 1.6]).rotate([0.6, 0, 0.8], 25).scale(0.5)
 
 
-def photometry(lamp: lamps.Lamp, exponent: float) -> bytes:
-    """Intensity by a power of the cosine to -Z."""
-    vertical, horizontal = np.linspace(0, 180, 37), np.linspace(0, 360, 25)
-    cosine = np.maximum(np.cos(np.radians(vertical)), 0)
-    falling = cosine**exponent if exponent else np.ones_like(vertical)
-    total = falling @ node_solid_angle(vertical)
-    values = np.broadcast_to(falling[:, None] * lamp.flux / total, (25, 37, 3))
-    return ies_file(
-        Intensity(vertical, horizontal, values), name="x", issued="2026-01-01", radius=1
-    )
-
-
 def write(kind: Any, exponent: float, path: Path) -> Path:
     lamp = kind.lamp()
-    return lamp.write(path, {PHOTOMETRY: photometry(lamp, exponent)})
+    return lamp.write(path, {PHOTOMETRY: lamps.photometry(lamp, exponent)})
 
 
 @pytest.mark.parametrize(
@@ -49,7 +37,7 @@ def test_a_far_lamp_lights_the_room_as_it_should(
     emitter = {"type": "purelight_room_only", "filename": str(path), "to_world": FACING}
     scene = mi.load_dict(lamps.room(size=8) | {"lamp": emitter | {"dimmer": 2.0}})
     settings = {"type": integrator, "max_depth": 3, "hide_emitters": True}
-    ours, expected = (lamps.average(s, settings, spp=256, passes=8) for s in (scene, real))
+    ours, expected = (passes(s, settings, spp=256, count=8) for s in (scene, real))
     assert np.isfinite(ours).all()
     np.testing.assert_allclose(ours.mean((0, 1, 2)), expected.mean((0, 1, 2)), rtol=0.03)
     np.testing.assert_allclose(ours.mean(0), expected.mean(0), rtol=0.12, atol=0.005)
@@ -60,18 +48,18 @@ def test_it_can_be_dimmed_and_moved_and_stands_beside_purelight(tmp_path: Path) 
     emitter = {"type": "purelight_room_only", "filename": str(path), "to_world": FACING}
     scene = mi.load_dict(lamps.room(size=8) | {"lamp": emitter})
     settings = {"type": "path", "max_depth": 2}
-    before = lamps.average(scene, settings, spp=64, passes=1)
+    before = passes(scene, settings, spp=64, count=1)
     params = mi.traverse(scene)
     params["lamp.dimmer"] = 0.5
     params["lamp.to_world"] = mi.Transform4f(FACING.matrix) @ mi.Transform4f().translate([0, 0, 1])
     params.update()
-    moved = lamps.average(scene, settings, spp=64, passes=1)
+    moved = passes(scene, settings, spp=64, count=1)
     there = emitter | {"to_world": FACING @ T().translate([0, 0, 1]), "dimmer": 0.5}
     fresh = mi.load_dict(lamps.room(size=8) | {"lamp": there})
-    again = lamps.average(fresh, settings, spp=64, passes=1)
+    again = passes(fresh, settings, spp=64, count=1)
     np.testing.assert_allclose(moved, again, rtol=1e-4)
     assert np.abs(moved - before).max() > 0.001
-    own = lamps.average(fresh, {"type": "purelight", "max_depth": 2}, spp=64, passes=1)
+    own = passes(fresh, {"type": "purelight", "max_depth": 2}, spp=64, count=1)
     np.testing.assert_allclose(own.mean(), again.mean(), rtol=0.02)
 
 

@@ -6,7 +6,6 @@ import math
 from pathlib import Path
 from typing import Any
 
-import analytic_lamps as lamps
 import drjit as dr
 import mitsuba as mi
 import numpy as np
@@ -15,6 +14,7 @@ import pytest
 from purelight_format.errors import PureLightError
 from purelight_mitsuba.cli import main
 from purelight_mitsuba.usd_scene import UsdScene, load_usd
+from tests.support import analytic_lamps as lamps
 
 HEADER = '#usda 1.0\n(\n    metersPerUnit = 1\n    upAxis = "Z"\n)\n'
 CAMERA = """

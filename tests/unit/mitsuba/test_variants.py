@@ -6,8 +6,9 @@ import subprocess
 import sys
 from pathlib import Path
 
-import analytic_lamps as lamps
 import pytest
+
+from tests.support import analytic_lamps as lamps
 
 # Mitsuba ships two RGB variants, and one of them needs a GPU. `pretend` registers the plugins as if
 # the other one's types were those of a variant with another name.

@@ -1,7 +1,8 @@
-"""Folders that hold packages are no packages themselves."""
+"""Folders that hold packages are no packages themselves; tests stand on their own."""
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -21,3 +22,11 @@ FOLDERS = [
 def test_folder_would_not_shadow_a_library(folder: str) -> None:
     assert (ROOT / folder).is_dir()
     assert not (ROOT / folder / "__init__.py").exists()
+
+
+def test_only_tests_of_benchmarks_import_them_and_none_changes_the_path() -> None:
+    forbidden = re.compile(r"^ *(?:from|import) benchmarks\b|sys\.path\.", re.MULTILINE)
+    tests = set((ROOT / "tests").rglob("*.py"))
+    benchmarks = {path for path in tests if path.parent.name == "benchmarks" or "zoo" in path.name}
+    assert not [path for path in tests - benchmarks if forbidden.search(path.read_text())]
+    assert [path for path in benchmarks if forbidden.search(path.read_text())]

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.assets.irradiance import assert_same_irradiance
+from tests.support.irradiance import assert_same_irradiance
 
 
 def rgb(*value: float) -> dict[str, Any]:
@@ -149,7 +149,7 @@ def cube(mi: Any, bsdf: Callable[[Any], dict[str, Any]]) -> dict[str, Any]:
 @pytest.mark.parametrize("name", ["bumpmap on dielectric", "normalmap on roughdielectric"])
 def test_bumpy_glass_is_within_two_percent(mitsuba: Any, name: str) -> None:
     """Not exact: a camera refuses some directions that light takes. 8% without the correction."""
-    from tests.assets.irradiance import light_traced, path_traced
+    from tests.support.irradiance import light_traced, path_traced
 
     bsdf = {
         "bumpmap on dielectric": lambda mi: bumps(mi, {"type": "dielectric", "int_ior": 1.5}, 0.05),

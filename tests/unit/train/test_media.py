@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.assets.irradiance import assert_same_irradiance
+from tests.support.irradiance import assert_same_irradiance
 
 EXTINCTION = np.array([0.5, 2.0, 20.0])
 RADIUS, BULB = 0.5, 0.1

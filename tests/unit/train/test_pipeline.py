@@ -21,40 +21,12 @@ from safetensors.torch import load_file
 from purelight_train.networks.sampler import Sampler
 from purelight_train.networks.student import Student
 from purelight_train.presets import (
-    DRAFT,
     PRESETS,
-    FlowSize,
-    GridSize,
-    MLPSize,
     Optimisation,
-    Preset,
 )
+from tests.support.tiny import TINY, train
 
-TINY = dataclasses.replace(
-    DRAFT,
-    name="tiny",
-    paths=1 << 20,
-    density_neighbours=300,
-    teacher_grid=GridSize(2, 2, 4, 8, 1 << 10),
-    teacher_flow=FlowSize(2, MLPSize(16, 2), 8),
-    teacher=Optimisation(60, 1 << 11, 1e-2),
-    distillation_samples=1 << 17,
-    student_grid=GridSize(2, 2, 4, 8, 1 << 10),
-    student_network=MLPSize(16, 2),
-    student=Optimisation(150, 1 << 11, 1e-2),
-    transparency_samples=1 << 14,
-    transparency=Optimisation(30, 1 << 10, 1e-2),
-    cap_points=1 << 8,
-    sampler=Optimisation(30, 1 << 10, 1e-2),
-    fast_map=Optimisation(30, 1 << 5, 1e-2),
-    photons=Optimisation(400, 1 << 11, 1e-2),
-)
-
-
-def train(lamp: Path, output: Path, preset: Preset = TINY, **options: Any) -> dict[str, Any]:
-    from purelight_train.runs.pipeline import start
-
-    return start(lamp, output, preset, 0, "cpu", **{"resume": False, **options})()
+ROOT = Path(__file__).parents[3]
 
 
 @pytest.fixture(scope="module")
@@ -285,22 +257,21 @@ def test_killed_run_resumes(lamp: Path, run: Path, tmp_path: Path) -> None:
     """Kill -9 at random moments, resume until done: equal to the uninterrupted run."""
     output = tmp_path / "killed"
     code = (
-        "import sys; from pathlib import Path; sys.path.insert(0, sys.argv[3]);"
+        "import sys; from pathlib import Path;"
         "from purelight_mitsuba import platform; platform.use();"
         "import torch; torch.set_num_threads(2);"
-        "from purelight_train.runs.pipeline import start;"
-        "from test_pipeline import TINY;"
-        "start(Path(sys.argv[1]), Path(sys.argv[2]), TINY, 0, 'cpu', resume=True)()"
+        "from tests.support import tiny;"
+        "tiny.train(Path(sys.argv[1]), Path(sys.argv[2]), resume=True)"
     )
-    command = [sys.executable, "-c", code, str(lamp), str(output), str(Path(__file__).parent)]
+    command = [sys.executable, "-c", code, str(lamp), str(output)]
     rng = np.random.default_rng(0)
     for _ in range(10):
-        process = subprocess.Popen(command, stderr=subprocess.DEVNULL)
+        process = subprocess.Popen(command, stderr=subprocess.DEVNULL, cwd=ROOT)
         time.sleep(rng.uniform(4, 25))
         if process.poll() is None:
             os.kill(process.pid, signal.SIGKILL)
         process.wait()
-    subprocess.run(command, check=True, stderr=subprocess.DEVNULL)
+    subprocess.run(command, check=True, stderr=subprocess.DEVNULL, cwd=ROOT)
     figures = [json.loads((r / "metrics.json").read_text()) for r in (run, output)]
     np.testing.assert_allclose(
         figures[1]["held_out_gain_nats"], figures[0]["held_out_gain_nats"], atol=0.01

@@ -8,15 +8,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import analytic_lamps as lamps
 import drjit as dr
 import mitsuba as mi
 import numpy as np
 import trimesh
-from analytic_lamps import CENTRE, COLOUR, RADIUS, Lamp
 
 from purelight_export.graph import Graph
 from purelight_format.members.surface import Surface
+from tests.support import analytic_lamps as lamps
+from tests.support.analytic_lamps import CENTRE, COLOUR, RADIUS, Lamp
 
 T = mi.ScalarTransform4f
 SIDE = RADIUS / math.sqrt(2)  # Half of a panel's, whose corners touch the bounding sphere.

@@ -13,14 +13,13 @@ import numpy as np
 import onnx
 from onnx import TensorProto, helper, numpy_helper
 
-from purelight_format import bundle, members
+from purelight_format import bundle
 from purelight_format.measures import BoundingSphere
 from purelight_format.members import container
-from purelight_format.members.manifest import Manifest, NetworkInfo
 from purelight_format.members.surface import Surface
-from purelight_format.networks import reference
-from purelight_format.networks.profile import inspect
 from purelight_format.networks.vectors import SIGNATURES, Vectors
+from tests.support import bundles
+from tests.support.bundles import Members, Parts
 
 SPHERE = BoundingSphere((0.0, 0.0, 0.5), 0.1)
 FLUX = (4.0, 2.0, 1.0)
@@ -28,7 +27,6 @@ SCALE = 10.0
 PNG = base64.b64decode(  # One grey pixel.
     "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAAAAAA6fptVAAAACklEQVR4nGNoAAAAggCBd81ytgAAAABJRU5ErkJggg=="
 )
-Members = dict[str, bytes]
 Nodes = list[onnx.NodeProto]
 
 
@@ -132,37 +130,26 @@ def golden(network: str, data: bytes, count: int = 8) -> Vectors:
     rng = np.random.default_rng(5)
     shapes = SIGNATURES[network].inputs
     inputs = {k: rng.random((count, *v)).astype(np.float32) for k, v in shapes.items()}
-    outputs = reference.evaluate(data, inputs)
-    return Vectors(network, inputs, outputs, {k: 1e-4 * np.abs(y) for k, y in outputs.items()})
-
-
-def info(network: str, data: bytes) -> NetworkInfo:
-    cost = inspect(data, network)
-    fraction = 0.05 if network == "sampler" else None
-    member = members.network(network)
-    return NetworkInfo(member, cost.macs_per_sample, cost.floats_per_sample, cost.bytes, fraction)
+    return bundles.vectors(network, data, inputs, lambda y: 1e-4 * np.abs(y))
 
 
 @functools.cache
-def parts() -> tuple[Manifest, Members]:
+def parts() -> Parts:
     """The manifest and the members from which the lamp is written."""
     models = {name: make().SerializeToString() for name, make in NETWORKS.items()}
-    content: Members = surface().to_members()
-    for name, data in models.items():
-        content |= {members.network(name): data, **golden(name, data).to_members()}
-    content |= {"photometry.ies": b"IES:LM-63-2019\r\n", "preview.png": PNG}
-    manifest = Manifest(
+    manifest, content = bundles.parts(
+        surface(),
+        {name: (data, golden(name, data)) for name, data in models.items()},
         name="Octahedron",
         bounding_sphere=SPHERE,
         flux=FLUX,
         radiance_scale=SCALE,
         r_max=15.0,
         channels=(True, True, True),
-        networks={name: info(name, data) for name, data in models.items()},
         provenance={"scene": "octahedron.xml", "seed": 7},
         fidelity={"relative_error": 0.02},
     )
-    return manifest, content
+    return manifest, content | {"photometry.ies": b"IES:LM-63-2019\r\n", "preview.png": PNG}
 
 
 def good() -> Members:

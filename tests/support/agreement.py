@@ -16,12 +16,16 @@ BLOCKS = 8
 
 
 def passes(
-    scene: mi.Scene, integrator: dict[str, Any], spp: int, count: int = 16, first: int = 0
+    scene: mi.Scene,
+    integrator: dict[str, Any] | mi.Integrator,
+    spp: int = 64,
+    count: int = 16,
+    first: int = 0,
 ) -> np.ndarray:
     """Renders independently: mean of `BLOCKS` x `BLOCKS` blocks of pixels, [count, B, B, 3]."""
     import mitsuba as mi
 
-    made = mi.load_dict(integrator)
+    made = mi.load_dict(integrator) if isinstance(integrator, dict) else integrator
     images = [
         np.array(mi.render(scene, integrator=made, spp=spp, seed=first + k))[..., :3]
         for k in range(count)
@@ -29,6 +33,17 @@ def passes(
     height, width, _ = images[0].shape
     shape = (count, BLOCKS, height // BLOCKS, BLOCKS, width // BLOCKS, 3)
     return np.array(images, np.float64).reshape(shape).mean((2, 4))
+
+
+def agree(ours: np.ndarray, reference: np.ndarray, tolerance: float = 0.01) -> float:
+    """Demands that both have the same mean, and that nothing differs significantly."""
+    assert np.isfinite(ours).all()
+    means = [picture.mean((0, 1, 2)) for picture in (ours, reference)]
+    p = p_value(ours, reference)
+    print(f"p {p:.3g}, means {means[0] / means[1] - 1}")
+    np.testing.assert_allclose(*means, rtol=tolerance)
+    assert p > SIGNIFICANCE
+    return p
 
 
 def p_value(a: np.ndarray, b: np.ndarray, rounding: float = ROUNDING) -> float:

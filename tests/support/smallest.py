@@ -7,14 +7,12 @@ import math
 import numpy as np
 import onnx
 
-from purelight_format import bundle, members
+from purelight_format import bundle
 from purelight_format.measures import BoundingSphere
 from purelight_format.members import container
-from purelight_format.members.manifest import Manifest
 from purelight_format.members.surface import Surface
-from purelight_format.networks import reference
 from purelight_format.networks.vectors import SIGNATURES, Vectors
-from tests.assets import lamp
+from tests.support import bundles, lamp
 
 # Two triangles, 1 m by 1 m, that shine upwards.
 CORNERS = np.array([[-0.5, -0.5, 0], [0.5, -0.5, 0], [0.5, 0.5, 0], [-0.5, 0.5, 0]], np.float32)
@@ -38,24 +36,22 @@ def golden(model: bytes) -> Vectors:
     up = np.array([[0, 0, 1], [0, 0, 1]], np.float32)
     outgoing = np.array([[0, 0, 1], [0.75, 0.5, 0.25]], np.float32)
     inputs = dict(zip(SIGNATURES["appearance"].inputs, (0 * up, up, outgoing), strict=True))
-    outputs = reference.evaluate(model, inputs)
-    return Vectors("appearance", inputs, outputs, {k: 2.0**-13 + 0 * y for k, y in outputs.items()})
+    return bundles.vectors("appearance", model, inputs, lambda y: 2.0**-13 + 0 * y)
 
 
 def parts() -> dict[str, bytes]:
     """The members in their order."""
     model = appearance()
     flux = np.tile(np.array(FLUX, np.float32) / 2, (2, 1))
-    content = Surface(CORNERS, TRIANGLES, flux).to_members()
-    content |= {members.network("appearance"): model, **golden(model).to_members()}
-    manifest = Manifest(
+    manifest, content = bundles.parts(
+        Surface(CORNERS, TRIANGLES, flux),
+        {"appearance": (model, golden(model))},
         name="Smallest",
         bounding_sphere=BoundingSphere((0.0, 0.0, 0.0), 0.75),
         flux=FLUX,
         radiance_scale=7 / 9,  # Mean of the channels' flux over pi m2.
         r_max=15.0,
         channels=(True, True, True),
-        networks={"appearance": lamp.info("appearance", model)},
     )
     return bundle.arrange(manifest, content)
 

@@ -8,19 +8,18 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import drjit as dr
 import mitsuba as mi
 import numpy as np
 import trimesh
 
 from purelight_export.graph import Graph, Value
+from purelight_export.photometry import Intensity, ies_file
 from purelight_format import bundle
 from purelight_format.measures import BoundingSphere, Cap, cap, cap_to_direction, direction_to_cap
-from purelight_format.members.manifest import Manifest, NetworkInfo
 from purelight_format.members.surface import Surface
-from purelight_format.networks import reference
-from purelight_format.networks.profile import inspect
 from purelight_format.networks.vectors import Vectors
+from purelight_format.photometry.table import node_solid_angle
+from tests.support import bundles
 
 CENTRE = (0.3, -0.2, 0.1)
 RADIUS = 0.25
@@ -38,18 +37,17 @@ class Lamp:
 
     def write(self, path: Path, more: dict[str, bytes] | None = None) -> Path:
         """Writes the lamp as a valid bundle, with more members if wanted."""
-        infos, members = {}, self.surface.to_members() | (more or {})
-        for name, model in self.networks.items():
-            cost = inspect(model, name)
-            infos[name] = NetworkInfo(
-                f"networks/{name}.onnx", cost.macs_per_sample, cost.floats_per_sample, cost.bytes
-            )
-            members[f"networks/{name}.onnx"] = model
-            members |= _golden(name, model).to_members()
-        manifest = Manifest(
-            path.stem, SPHERE, tuple(map(float, self.flux)), 1.0, 15.0, tuple(self.flux > 0), infos
+        manifest, members = bundles.parts(
+            self.surface,
+            {name: (model, _golden(name, model)) for name, model in self.networks.items()},
+            name=path.stem,
+            bounding_sphere=SPHERE,
+            flux=tuple(map(float, self.flux)),
+            radiance_scale=1.0,
+            r_max=15.0,
+            channels=tuple(self.flux > 0),
         )
-        bundle.write(path, manifest, members)
+        bundle.write(path, manifest, members | (more or {}))
         return path
 
 
@@ -67,9 +65,7 @@ def _golden(name: str, model: bytes) -> Vectors:
         wanted = {"sampler": ("point", "u"), "sampler_pdf": ("point", "toward")}
         inputs = {key: inputs[key] for key in wanted.get(name, ("point",))}
     inputs = {key: value.astype(np.float32) for key, value in inputs.items()}
-    outputs = reference.evaluate(model, inputs)
-    tolerances = {key: 1e-3 * (np.abs(y) + 1e-3) for key, y in outputs.items()}
-    return Vectors(name, inputs, outputs, tolerances)
+    return bundles.vectors(name, model, inputs, lambda y: 1e-3 * (np.abs(y) + 1e-3))
 
 
 # Networks
@@ -197,6 +193,18 @@ def _surface(mesh: trimesh.Trimesh, level: float = 1.0) -> Surface:
     return Surface(positions, np.asarray(mesh.faces, np.uint32), flux)
 
 
+def photometry(lamp: Lamp, exponent: float) -> bytes:
+    """Intensity by a power of the cosine to -Z."""
+    vertical, horizontal = np.linspace(0, 180, 37), np.linspace(0, 360, 25)
+    cosine = np.maximum(np.cos(np.radians(vertical)), 0)
+    falling = cosine**exponent if exponent else np.ones_like(vertical)
+    total = falling @ node_solid_angle(vertical)
+    values = np.broadcast_to(falling[:, None] * lamp.flux / total, (25, 37, 3))
+    return ies_file(
+        Intensity(vertical, horizontal, values), name="x", issued="2026-01-01", radius=1
+    )
+
+
 # Scenes
 
 
@@ -249,17 +257,3 @@ def room(*, size: int = 32, floor: Any = None, wall: Any = None) -> dict[str, An
             "bsdf": wall or grey,
         },
     }
-
-
-def average(
-    scene: mi.Scene, integrator: dict[str, Any] | mi.Integrator, spp: int = 64, passes: int = 16
-) -> np.ndarray:
-    """Independent renderings, averaged over blocks of pixels: [passes, blocks, blocks, 3]."""
-    made = mi.load_dict(integrator) if isinstance(integrator, dict) else integrator
-    images = []
-    for seed in range(passes):
-        image = np.array(mi.render(scene, integrator=made, spp=spp, seed=seed))[..., :3]
-        height, width, _ = image.shape
-        images.append(image.reshape(8, height // 8, 8, width // 8, 3).mean((1, 3)))
-    dr.sync_thread()
-    return np.array(images)
