@@ -6,6 +6,7 @@ A formula asks `namespace` for those of its argument. Vectors are [..., D] and t
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Sequence
 from functools import cache, lru_cache
 from types import SimpleNamespace
@@ -80,10 +81,10 @@ NUMPY: Namespace = SimpleNamespace(
 
 @cache
 def _torch() -> Namespace:
-    import torch
+    torch: Any = sys.modules["torch"]  # Who has a tensor has loaded it.
 
     @lru_cache(64)  # A copy to a GPU would wait for it each time.
-    def vector(values: tuple[float, ...], dtype: torch.dtype, device: torch.device) -> torch.Tensor:
+    def vector(values: tuple[float, ...], dtype: Any, device: Any) -> Any:
         return torch.tensor(values, dtype=dtype, device=device)
 
     found: Namespace = SimpleNamespace(
