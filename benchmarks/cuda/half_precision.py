@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from purelight_conformance.lamps import UNITS
 from purelight_format.networks import reference
 from purelight_format.networks.golden import judge
+from purelight_format.networks.kinds import KINDS
 from purelight_format.networks.vectors import Vectors
 
 ROUNDING = 2.0**-11  # Relative, to the nearest.
@@ -23,10 +23,7 @@ def half_bound(
     Returns:
         Tolerances by output, and [N] whether they are narrow enough for a vector to say anything.
     """
-    units = {
-        name: unit * radiance_scale if name.startswith("radiance") else unit
-        for name, unit in UNITS[vectors.network].items()
-    }
+    units = KINDS[vectors.network].units(radiance_scale)
 
     def evaluation(content: bytes) -> Any:
         return lambda inputs, dtype: reference.evaluate(content, inputs, dtype)
