@@ -14,7 +14,8 @@ import numpy as np
 from benchmarks.cuda import isolated
 from benchmarks.cuda.half_precision import half_bound
 from purelight_format.bundle import Bundle
-from purelight_format.networks.vectors import SIGNATURES, Vectors, compare
+from purelight_format.networks.kinds import KINDS
+from purelight_format.networks.vectors import Vectors, compare
 from tests.support import agreement
 
 REFERENCE = "llvm_ad_rgb"
@@ -25,13 +26,6 @@ PICTURES = tuple(product(("accurate", "fast"), ("fused", "queued")))
 WIDTHS = (32, 64, 128, 256, 512)
 ROWS = {"cuda": 1 << 22, "llvm": 1 << 13}  # As many as keep the device busy.
 LOOP_SPP = {"cuda": 1 << 12, "llvm": 1 << 5}
-METRICS = {
-    "radiance": "log1p error",
-    "radiance_map": "log1p error",
-    "transmittance": "error",
-    "toward": "error of direction",
-    "pdf_solid_angle": "relative error of density",
-}
 PASS, FAIL, SKIPPED = "pass", "FAIL", "skipped"
 FIGURE, UNMEASURED = "figure", "no figure"  # Of what no verdict depends on.
 FIGURES = ("loops", "virtual", "speed")
@@ -102,10 +96,14 @@ def network(subject: Subject, name: str, half: bool) -> tuple[str, str]:
         model = opened.read(opened.manifest.networks[name].member)
         bound, judged = half_bound(model, vectors, scale)
     comparison = compare(replace(vectors, tolerances=bound), results, scale)
+    answers = KINDS[name].outputs
     figure = (
         f"{_excess(results, vectors, bound, judged):.2g} of the bound, "
         f"{_excess(results, vectors, vectors.tolerances):.2g} x tolerance, "
-        + ", ".join(f"{METRICS[key]} {error:.1e}" for key, error in comparison.error.items())
+        + ", ".join(
+            f"{answers[key].yardstick.name} of {key} {error:.1e}"
+            for key, error in comparison.error.items()
+        )
         + (f"; {judged.sum()} of {len(judged)} vectors judged" if half else "")
     )
     return _verdict(bool(comparison.passed[judged].all()) and judged.mean() >= 0.5), figure
@@ -156,7 +154,7 @@ def checks(subject: Subject) -> dict[str, Callable[[], tuple[str, str]]]:
         "two scenes, no triangle in the room": partial(two_scenes, subject, True),
         **{
             f"network {name}, {'half' if half else 'single'}": partial(network, subject, name, half)
-            for name in SIGNATURES
+            for name in KINDS
             for half in precisions
         },
         **{f"picture, {m}, {e}": partial(picture, subject, m, e) for m, e in PICTURES},

@@ -39,11 +39,13 @@ class Yardstick:
     """How far an answer is off.
 
     Arguments:
+        name: of the error.
         unit: the size that counts as small, from the radiance scale in W/(m² sr); zero if none
             does, so that errors are relative.
         error: of a result, for people: from the result, what is right, and the radiance scale.
     """
 
+    name: str
     unit: Callable[[float], float]
     error: Callable[[np.ndarray, np.ndarray, float], np.ndarray]
 
@@ -95,9 +97,9 @@ def _plain(result: np.ndarray, right: np.ndarray, _: float) -> np.ndarray:
     return result - right
 
 
-RADIANCE = Yardstick(lambda scale: scale, _logarithmic)
-DENSITY = Yardstick(lambda _: 0.0, _relative)
-PLAIN = Yardstick(lambda _: 1.0, _plain)  # Of directions, and of what is about one.
+RADIANCE = Yardstick("log1p error", lambda scale: scale, _logarithmic)
+DENSITY = Yardstick("relative error", lambda _: 0.0, _relative)
+PLAIN = Yardstick("error", lambda _: 1.0, _plain)  # Of directions, and of what is about one.
 
 POINT, DIRECTION, SQUARE = Input((3,)), Input((3,), unit=True), Input((2,), square=True)
 SURFACE = {"position": POINT, "normal": DIRECTION, "outgoing": DIRECTION}

@@ -18,14 +18,16 @@ from benchmarks.cuda import __main__ as command
 from benchmarks.cuda import checks, half_precision, isolated, lamp, on_device
 from benchmarks.cuda.checks import FAIL, FIGURE, PASS, REFERENCE, SKIPPED, Subject, run
 from purelight_conformance.lamps import LAMPS
+from purelight_conformance.networks import BODIES
 from purelight_format.bundle import Bundle
 from purelight_format.errors import PureLightError
 from purelight_format.members import network as member
-from purelight_format.networks.vectors import SIGNATURES
+from purelight_format.networks.kinds import KINDS
 from purelight_mitsuba.lamps.table import Hit, Lamps
 from purelight_mitsuba.translate.network import Dense
 
 FAULTY = "llvm_faulty_rgb"
+NETWORKS = [f"network {name}," for name in BODIES]
 
 
 @pytest.fixture(scope="module")
@@ -57,10 +59,10 @@ def verdicts(subject: Subject, *prefixes: str) -> dict[str, str]:
 
 @pytest.mark.usefixtures("here")
 def test_what_is_right_passes(small: Path) -> None:
-    chosen = ("ray", "two", "network", "picture, accurate, fused", "picture, fast, queued")
+    chosen = ("ray", "two", *NETWORKS, "picture, accurate, fused", "picture, fast, queued")
     found = verdicts(Subject(REFERENCE, small), *chosen)
     assert set(found.values()) == {PASS}
-    assert len(found) == 1 + 2 + 2 * len(SIGNATURES) + 2
+    assert len(found) == 1 + 2 + 2 * len(NETWORKS) + 2
 
 
 @pytest.mark.usefixtures("here")
@@ -79,8 +81,8 @@ def test_wrong_weights_are_found_in_both_precisions(here: Callable[..., Any], sm
         usual(self, weight * np.float32(1.03), bias, half)
 
     here(Dense, "__init__", spoilt)
-    found = verdicts(Subject(FAULTY, small), "network")
-    assert len(found) == 2 * len(SIGNATURES)
+    found = verdicts(Subject(FAULTY, small), *NETWORKS)
+    assert len(found) == 2 * len(NETWORKS)
     assert set(found.values()) == {FAIL}
 
 
@@ -128,7 +130,7 @@ def test_networks_that_the_lamp_lacks_are_skipped(tmp_path: Path) -> None:
 
 def test_on_cuda_every_network_is_half(small: Path) -> None:
     names = list(checks.checks(Subject("cuda_ad_rgb", small)))
-    assert sum(name.startswith("network") for name in names) == len(SIGNATURES)
+    assert sum(name.startswith("network") for name in names) == len(KINDS)
     assert not any("single" in name for name in names)
 
 

@@ -7,11 +7,13 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import sys
 from pathlib import Path
 
 import numpy as np
 
 import purelight_format
+from purelight_conformance import maker, runner
 from purelight_export.export import export
 from purelight_format.validation.validate import validate
 from purelight_mitsuba import platform
@@ -74,7 +76,9 @@ def main() -> None:
     train(Path())
     export("run", "lamp.plux")
     lamp = Luminaire.open("lamp.plux")
+    host = [sys.executable, "-m", "purelight_onnx.conformance_host"]
     found = {
+        "conforms": runner.run(maker.of_bundle(lamp.bundle), host, timeout=120).conforms,
         "code": purelight_format.__file__,
         "issues": [issue.code for issue in validate("lamp.plux").issues],
         "networks": list(lamp.manifest.networks),

@@ -76,6 +76,7 @@ def test_a_lamp_tells_its_depth(changed: Path, tmp_path: Path) -> None:
     found = json.loads(run(changed, str(script), where=tmp_path).splitlines()[-1])
     assert found["code"].startswith(str(changed))
     assert found["issues"] == []
+    assert found["conforms"]
     assert found["networks"][-1] == "depth"
     # The bounding sphere itself is 0.41 radii off in the mean
     assert found["error"] < 0.08

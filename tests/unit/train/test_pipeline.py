@@ -47,7 +47,7 @@ def test_run_is_complete(run: Path) -> None:
     np.testing.assert_allclose(metrics["student_flux"], description.flux, rtol=0.02)
     assert metrics["held_out_gain_nats"] > 0.2
     trained = {"teacher", "student", "transparency", "pilot", "sampler", "fast_map"}
-    assert set(metrics["losses"]) == trained
+    assert set(metrics["losses"]) >= trained
     escaped = opened.read_arrays("escaped.npz")
     np.testing.assert_allclose(
         escaped["weight"].sum(0, dtype=np.float64), description.flux, rtol=1e-4
@@ -71,8 +71,8 @@ def test_route_photons(run: Path, lamp: Path, tmp_path: Path) -> None:
     opened = RunDirectory.open(tmp_path)
     assert opened.config["route"] == "photons"
     assert list(opened.network("student", Student).anchors) == ["straight", "refracted"]
-    trained = {"student", "transparency", "pilot", "sampler", "fast_map"}
-    assert set(metrics["losses"]) == trained
+    assert "teacher" not in metrics["losses"]
+    assert set(metrics["losses"]) >= {"student", "transparency", "pilot", "sampler", "fast_map"}
     np.testing.assert_allclose(metrics["student_flux"], metrics["flux"], rtol=0.02)
     np.testing.assert_allclose(metrics["flux_gain"], 1, atol=0.05)
     taught = json.loads((run / "metrics.json").read_text())
