@@ -6,8 +6,6 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-from torch import Tensor
-
 from purelight_train.learning.aimed_samples import aimed_samples, cell_means
 from purelight_train.learning.cap_samples import CapSamples
 from purelight_train.learning.training_sets import SamplerBatches, SurfaceSet, transmittance_set
@@ -17,8 +15,8 @@ from purelight_train.networks.student import Student
 from purelight_train.networks.transparency import Transparency
 from purelight_train.presets import Optimisation
 from purelight_train.runs.evaluation import as_function
-from purelight_train.runs.stages import Loss, rows
-from purelight_train.runs.trainer import Trained, Trainer
+from purelight_train.runs.stages import Loss
+from purelight_train.runs.trainer import Float, Trained, Trainer, over
 
 # Student
 
@@ -26,7 +24,7 @@ STUDENT = Trained(
     "student",
     Student,
     settings=lambda trainer: trainer.route.optimisation,
-    loss=lambda trainer, student: trainer.route.loss(student),
+    loss=lambda trainer, student, _: trainer.route.loss(student),
     finish=lambda trainer, student: trainer.route.close(student),
     held_out=lambda trainer, student: trainer.route.held_out(student),
 )
@@ -35,22 +33,16 @@ STUDENT = Trained(
 
 
 def see_through(trainer: Trainer) -> SurfaceSet:
-    """Lines through the lamp and what comes through: what the transparency learns."""
+    """Lines through the lamp and what comes through."""
     samples, rng = trainer.preset.transparency_samples, trainer.stages.rng("transparency")
     return transmittance_set(trainer.lamp.luminaire, samples, rng, trainer.stages.seed + 5)
-
-
-def _transparency_loss(trainer: Trainer, transparency: Transparency) -> Loss:
-    data = trainer.stages.tensors(*trainer.data(see_through))
-    size = trainer.preset.transparency.batch
-    return lambda rng: transparency.loss(*rows(data, rng, size))
 
 
 TRANSPARENCY = Trained(
     "transparency",
     Transparency,
     settings=lambda trainer: trainer.preset.transparency,
-    loss=_transparency_loss,
+    loss=over(see_through),
     left_out=lambda trainer: not trainer.data(see_through)[-1].any(),  # No light passes straight.
 )
 
@@ -81,10 +73,11 @@ def _half(trainer: Trainer) -> Optimisation:
     return replace(trainer.preset.sampler, steps=trainer.preset.sampler.steps // 2)
 
 
-def _sampler_loss(gather: Callable[[Trainer], CapSamples]) -> Callable[[Trainer, Sampler], Loss]:
-    def loss(trainer: Trainer, sampler: Sampler) -> Loss:
-        batches, size = SamplerBatches(trainer.data(gather)), trainer.preset.sampler.batch
-        tensors = trainer.stages.tensors
+def _sampler_loss(
+    gather: Callable[[Trainer], CapSamples],
+) -> Callable[[Trainer, Sampler, int], Loss]:
+    def loss(trainer: Trainer, sampler: Sampler, size: int) -> Loss:
+        batches, tensors = SamplerBatches(trainer.data(gather)), trainer.stages.tensors
         return lambda rng: -sampler.log_density(*tensors(*batches.draw(rng, size))).mean()
 
     return loss
@@ -103,23 +96,22 @@ SAMPLER = Trained(
 # Fast map
 
 
-def cells(trainer: Trainer) -> tuple[Tensor, ...]:
+def cells(trainer: Trainer) -> tuple[Float, Float]:
     """Points and the mean radiance in the cells of their caps."""
     samples = trainer.data(aimed)
-    return trainer.stages.tensors(samples.point, cell_means(samples))
+    return samples.point, cell_means(samples)
 
 
-def _fast_map_loss(trainer: Trainer, fast_map: FastMap) -> Loss:
-    data, size = trainer.data(cells), trainer.preset.fast_map.batch
-    return lambda rng: fast_map.loss(*rows(data, rng, size))
+def _close_power(trainer: Trainer, fast_map: FastMap) -> None:
+    fast_map.close_power(*trainer.stages.tensors(*trainer.data(cells)))
 
 
 FAST_MAP = Trained(
     "fast_map",
     FastMap,
     settings=lambda trainer: trainer.preset.fast_map,
-    loss=_fast_map_loss,
-    finish=lambda trainer, fast_map: fast_map.close_power(*trainer.data(cells)),
+    loss=over(cells),
+    finish=_close_power,
 )
 
 # In this order; the pilot is trained when the sampler asks for it

@@ -6,16 +6,19 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, Generic, TypeVar
 
+import numpy as np
+from numpy.typing import NDArray
 from torch import nn
 
 from purelight_train.light.description import Description
 from purelight_train.presets import Optimisation, Preset
 from purelight_train.runs.routes import Route
-from purelight_train.runs.stages import Loss, Stages
+from purelight_train.runs.stages import Loss, Stages, rows
 from purelight_train.runs.traced_lamp import TracedLamp
 
 Module = TypeVar("Module", bound=nn.Module)
 Data = TypeVar("Data")
+Float = NDArray[np.float32]
 
 
 @dataclass(frozen=True)
@@ -28,7 +31,7 @@ class Trained(Generic[Module]):
         name: of its stage, of its file in the run directory, and of its random numbers.
         module: makes it untrained.
         settings: how it is optimised.
-        loss: gathers its data and makes its objective.
+        loss: gathers its data and makes its objective, of batches of a size.
         gathers: stages before its own, for the progress bars: those that gather its data.
         begin: called before its first step.
         finish: called after its last step, before it is stored.
@@ -39,7 +42,7 @@ class Trained(Generic[Module]):
     name: str
     module: Callable[[Description, Preset], Module]
     settings: Callable[[Trainer], Optimisation]
-    loss: Callable[[Trainer, Module], Loss]
+    loss: Callable[[Trainer, Module, int], Loss]
     gathers: tuple[str, ...] = ()
     begin: Callable[[Trainer, Module], object] = lambda *_: None
     finish: Callable[[Trainer, Module], object] = lambda *_: None
@@ -84,12 +87,12 @@ class Trainer:
         return network
 
     def _trained(self, declared: Trained[Module]) -> Module:
-        name, held_out = declared.name, declared.held_out
+        name, settings, held_out = declared.name, declared.settings(self), declared.held_out
         network = self.stages.build(name, declared.module, self.lamp.description, self.preset)
         if not self.stages.run.finished(name):
             declared.begin(self, network)
         self.stages.train(
-            name, network, lambda own: declared.loss(self, own), declared.settings(self),
+            name, network, lambda own: declared.loss(self, own, settings.batch), settings,
             lambda: declared.finish(self, network),
             held_out and (lambda own: held_out(self, own)),
         )  # fmt: skip
@@ -101,3 +104,13 @@ class Trainer:
             self._data[gather] = gather(self)
         found: Data = self._data[gather]
         return found
+
+
+def over(gather: Callable[[Trainer], tuple[Float, ...]]) -> Callable[[Trainer, Any, int], Loss]:
+    """The loss of a network that has one of its own, over random rows of what is gathered."""
+
+    def loss(trainer: Trainer, network: Any, size: int) -> Loss:
+        data = trainer.stages.tensors(*trainer.data(gather))
+        return lambda rng: network.loss(*rows(data, rng, size))
+
+    return loss
