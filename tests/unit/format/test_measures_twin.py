@@ -118,8 +118,9 @@ def behind_caps(module: Any) -> Pair:
 def encodings(module: Any) -> Pair:
     point = points(INSIDE + OUTSIDE)
     sphere = module.BoundingSphere(SPHERE.center, SPHERE.radius)
-    ours, theirs = module.encode_point(point, sphere, 15.0), twin.encode_point(point, SPHERE, 15.0)
-    return np.column_stack(ours), np.column_stack(theirs)
+    place, ours = module.encode_point(point, sphere, 15.0)
+    q, theirs = twin.encode_point(point, SPHERE, 15.0)
+    return np.column_stack((2 * place - 1, ours)), np.column_stack((q, theirs))
 
 
 COMPARED: dict[str, Callable[[Any], Pair]] = {
