@@ -15,6 +15,7 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
+from scipy.stats.qmc import Sobol
 
 from purelight_export import photometry
 from purelight_format import measures
@@ -38,7 +39,7 @@ from purelight_train.truth.thin_lens import ThinLens, aperture_for
 from purelight_train.truth.views import field_view, three_views
 
 FLOOR_ALBEDO = 0.01
-PASS, PASSES = 1 << 20, 4  # samples of the flux
+PASS, PASSES = 1 << 18, (8, 64)  # samples of the flux; least and most passes
 CHUNK = 1 << 23  # paths whose records are held at once
 Figures = dict[str, Any]
 Image = NDArray[np.float64]
@@ -115,37 +116,45 @@ def flux(subject: Subject) -> Figures:
 
 
 def sphere_flux(
-    subject: Subject, radii: float = 3.0, precision: float = 1e-3
+    subject: Subject, radii: float = 3.0, precision: float = 5e-4
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     r"""Light through a sphere around the lamp, and its standard error: two of [3] in W.
 
     :math:`\Phi = \int_A \int L \cos\theta\,d\omega\,dA` over points of the sphere and directions
-    that the bundle's sampler draws: far less noise than points and directions drawn evenly have.
-    Samples are added until the error is small enough, `PASSES` times at most.
+    that the bundle's sampler draws, by Sobol points scrambled anew in each pass: the passes are
+    independent, and their spread is the error. `PASSES` gives the least number and the most; in
+    between, it ends once the error is small enough.
     """
-    rng, first, second = np.random.default_rng(1), np.zeros(3), np.zeros(3)
-    for passes in range(1, PASSES + 1):
-        value = _through_sphere(subject, radii, rng)
-        first, second = first + value.mean(0), second + (value**2).mean(0)
-        mean = first / passes
-        variance = np.maximum(second / passes - mean**2, 0)
-        error = np.sqrt(variance / (passes * len(value)))
-        if (error <= precision * mean).all():
+    flux: list[NDArray[np.float64]] = []
+    for number in range(PASSES[1]):
+        flux.append(_through_sphere(subject, radii, number))
+        if len(flux) < PASSES[0]:
+            continue
+        error = np.std(flux, axis=0, ddof=1) / math.sqrt(len(flux))
+        if (error <= precision * np.mean(flux, axis=0)).all():
             break
-    return mean, error
+    return np.mean(flux, axis=0), error
 
 
-def _through_sphere(subject: Subject, radii: float, rng: np.random.Generator) -> Image:
-    """Estimates of the flux, in W: [PASS, 3]."""
+def _through_sphere(subject: Subject, radii: float, seed: int) -> NDArray[np.float64]:
+    """One pass's flux, in W: [3]."""
     sphere = subject.description.sphere
-    outward = rng.normal(size=(PASS, 3))
-    outward /= np.linalg.norm(outward, axis=1, keepdims=True)
+    u = Sobol(4, seed=seed).random(PASS)
+    outward = _on_unit_sphere(u[:, :2])
     distance = radii * sphere.radius
     point = (np.asarray(sphere.center) + distance * outward).astype(np.float32)
-    toward, pdf = subject.luminaire.sample(point, rng.random((PASS, 2)).astype(np.float32))
+    toward, pdf = subject.luminaire.sample(point, u[:, 2:].astype(np.float32))
     seen = look(subject.surface, subject.radiance, point, toward.astype(np.float32))
     cosine = -np.einsum("nd,nd->n", toward, outward)
-    return 4 * math.pi * distance**2 * seen * (cosine / pdf)[:, None]
+    estimates = 4 * math.pi * distance**2 * seen * (cosine / pdf)[:, None]
+    return estimates.mean(0, dtype=np.float64)
+
+
+def _on_unit_sphere(u: Image) -> Image:
+    """Even points on the unit sphere, z = 1 - 2 u: [N, 2] to [N, 3]."""
+    z, turn = 1 - 2 * u[:, 0], 2 * math.pi * u[:, 1]
+    ring = np.sqrt(np.maximum(1 - z**2, 0))
+    return np.stack([ring * np.cos(turn), ring * np.sin(turn), z], axis=1)
 
 
 def ies_lumens(path: Path) -> float:
