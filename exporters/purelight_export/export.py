@@ -113,7 +113,8 @@ class Facts:
         flux = arrays["triangle_flux"].astype(np.float64)
         total = flux.sum(0)
         flux *= np.divide(self.run.description.flux, total, out=np.zeros(3), where=total > 0)
-        return Surface(arrays["positions"], arrays["triangles"], flux.astype(np.float32))
+        finish = arrays["finish"] if self.run.finishes else None
+        return Surface(arrays["positions"], arrays["triangles"], flux.astype(np.float32), finish)
 
     @property
     def extent(self) -> Extent:
@@ -161,6 +162,7 @@ class Facts:
                 **({} if self.lumens is None else scaled),
             },
             fidelity=self.fidelity | measured,
+            finishes=self.run.finishes,
         )
 
     @property

@@ -12,12 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from purelight_format.errors import PureLightError
+from purelight_format.members.finishes import to_json
 from purelight_train.learning.photon_batches import PhotonBatches
 from purelight_train.learning.reference_rays import ReferenceRays
 from purelight_train.light.description import Description
 from purelight_train.light.emission import Emission
 from purelight_train.light.exit_records import ExitRecords, escaped_part, settle, triangle_flux
 from purelight_train.light.exit_surface import ExitSurface
+from purelight_train.light.finishes import finished
 from purelight_train.light.light_tracing import BATCH, trace_records
 from purelight_train.light.luminaire import Luminaire, load_luminaire
 from purelight_train.light.rays import scene_extent
@@ -108,11 +110,14 @@ class TracedLamp:
             return
         description, records, triangle = self._traced
         run.write_json("description.json", description.to_dict())
+        made = finished(self.luminaire)
+        run.write_json("finishes.json", to_json(made.finishes))
         run.write_arrays(
             "surface.npz",
             positions=self.surface.positions,
             triangles=self.surface.triangles,
             triangle_flux=triangle_flux(records, triangle, len(self.surface.triangles)),
+            finish=made.sides,
         )
         direction, weight = escaped_part(records, description.flux, ESCAPED)
         run.write_arrays("escaped.npz", direction=direction, weight=weight)
