@@ -15,7 +15,7 @@ import numpy as np
 
 from purelight_format.members.finishes import NONE, Finish
 from purelight_format.reflection import EDGE, SHARP, mean_reflectance
-from purelight_mitsuba.lamps.luminaire import Luminaire
+from purelight_mitsuba.lamps.emitter import PureLightEmitter
 
 PACKETS = 7  # Of four floats per finish.
 
@@ -79,7 +79,7 @@ class Finishes:
     """Finishes on the device, at least one.
 
     Arguments:
-        finishes: Of all lamps, one lamp after the other.
+        finishes: Of all lamps.
     """
 
     def __init__(self, finishes: Sequence[Finish]) -> None:
@@ -112,17 +112,18 @@ class Finishes:
         )
 
 
-def sides(luminaires: Sequence[Luminaire]) -> dict[Luminaire, np.ndarray]:
-    """By bundle the indices [T, 2] of front and back among the finishes of all."""
-    counts = np.cumsum([0, *(len(luminaire.finishes) for luminaire in luminaires)])
-    result = {}
-    for luminaire, first in zip(luminaires, counts, strict=False):
-        surface, none = luminaire.surface, int(counts[-1])
-        own = np.full((len(surface.triangles), 2), NONE, np.uint32)
-        if surface.finish is not None:
-            own = surface.finish.astype(np.uint32)
-        result[luminaire] = np.where(own == NONE, none, own + int(first)).astype(np.uint32)
-    return result
+def sides(emitters: Sequence[PureLightEmitter]) -> tuple[list[Finish], np.ndarray]:
+    """All finishes, and which of them front and back of each lamp's triangles have: [T, 2]."""
+    different = list(dict.fromkeys(f for emitter in emitters for f in emitter.finishes))
+    columns = []
+    for emitter in emitters:
+        surface = emitter.luminaire.surface
+        number = np.full(NONE + 1, len(different), np.uint32)
+        number[: len(emitter.finishes)] = [different.index(f) for f in emitter.finishes]
+        own = surface.finish
+        none = np.full((len(surface.triangles), 2), NONE)
+        columns.append(number[none if own is None else own])
+    return different, np.concatenate(columns)
 
 
 def row(finish: Finish) -> np.ndarray:

@@ -10,6 +10,7 @@ import mitsuba as mi
 import numpy as np
 
 from purelight_format.errors import PureLightError
+from purelight_format.smooth_normals import corner_normals
 from purelight_mitsuba.lamps.emitter import PureLightEmitter
 from purelight_mitsuba.lamps.finish_bsdf import FinishBSDF, SpreadBSDF
 from purelight_mitsuba.lamps.finishes import Finishes, Look, sides
@@ -116,13 +117,11 @@ class Lamps:
             self._groups = mi.UInt32([self.groups.index(e.light_group) for e in emitters])
         self.single = len(emitters) == 1
         self.luminaires: list[Luminaire] = list(dict.fromkeys(e.luminaire for e in emitters))
-        self.finished = any(luminaire.finishes for luminaire in self.luminaires)
+        self.finished = any(emitter.finishes for emitter in emitters)
         mesh = _mesh(emitters)
         if self.finished:
-            self._finishes = Finishes([f for lamp in self.luminaires for f in lamp.finishes])
-            own = sides(self.luminaires)
-            indices = np.concatenate([own[e.luminaire] for e in emitters])
-            self._sides = mi.UInt32(indices.ravel())
+            finishes, indices = sides(emitters)
+            self._finishes, self._sides = Finishes(finishes), mi.UInt32(indices.ravel())
             mesh = _mesh(emitters, FinishBSDF(self._finishes, self._sides))
             self._spreading = _mesh(emitters, SpreadBSDF(self._finishes, self._sides))
             self._shapes = mi.ShapePtr(mesh), mi.ShapePtr(self._spreading)
@@ -242,20 +241,30 @@ def _device(table: np.ndarray) -> mi.Float:
 
 
 def _mesh(emitters: Sequence[PureLightEmitter], bsdf: mi.BSDF | None = None) -> mi.Mesh:
-    """The exit surfaces in the world."""
+    """The exit surfaces in the world; with normals of their own if some finish is smooth."""
+    smooth = any(finish.smooth for e in emitters for finish in e.finishes)
     positions = [e.placement.point_to_world(e.luminaire.surface.positions) for e in emitters]
+    faces = [e.luminaire.surface.triangles.astype(np.uint32) for e in emitters]
+    if smooth:
+        positions = [p[f].reshape(-1, 3) for p, f in zip(positions, faces, strict=True)]
+        faces = [np.arange(f.size, dtype=np.uint32).reshape(-1, 3) for f in faces]
     counts = np.cumsum([0, *map(len, positions)])
-    faces = [
-        e.luminaire.surface.triangles.astype(np.uint32) + np.uint32(first)
-        for e, first in zip(emitters, counts, strict=False)
-    ]
     props = mi.Properties()
     if bsdf is not None:
         props["bsdf"] = bsdf
-    mesh = mi.Mesh("exit surfaces", int(counts[-1]), sum(map(len, faces)), props)
+    mesh = mi.Mesh(
+        "exit surfaces", int(counts[-1]), sum(map(len, faces)), props, has_vertex_normals=smooth
+    )
     params = mi.traverse(mesh)
     params["vertex_positions"] = np.concatenate(positions).astype(np.float32).ravel()
-    params["faces"] = np.concatenate(faces).ravel()
+    own = [f + np.uint32(first) for f, first in zip(faces, counts, strict=False)]
+    params["faces"] = np.concatenate(own).ravel()
+    if smooth:
+        normals = np.concatenate([
+            corner_normals(e.luminaire.surface, e.finishes).reshape(-1, 3) @ e.placement.rotation.T
+            for e in emitters
+        ])  # fmt: skip
+        params["vertex_normals"] = normals.astype(np.float32).ravel()
     params.update()
     return mesh
 
