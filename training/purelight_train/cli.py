@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import argparse
 import os
-from collections.abc import Sequence
+import shutil
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,6 +15,8 @@ from purelight_train import threads
 from purelight_train.presets import ANCHORS, PRESETS
 
 COMMAND = "purelight-train"
+AUTO = "auto"  # For --keep.
+LAMP = "lamp"  # Folder of a lamp without its kept parts, in its run.
 
 
 def _parser() -> command.Parser:
@@ -35,6 +39,9 @@ def _parser() -> command.Parser:
                         help="end once the error on held-out light stops falling")  # fmt: skip
     parser.add_argument("--report", action=argparse.BooleanOptionalAction, default=True,
                         help="write report.html into the run directory")  # fmt: skip
+    parser.add_argument("--keep", action="append", default=[], metavar="PART",
+                        help="leave a dark part out of the networks, as geometry of the asset; "
+                        "auto: all opaque ones away from the light; may be repeated")  # fmt: skip
     parser.add_argument("--resume", action="store_true", help="continue an interrupted run")
     parser.add_argument("--device", choices=("auto", "cpu", "cuda"), default="auto")
     parser.add_argument("--threads", type=int, default=os.cpu_count(), help="CPU threads")
@@ -58,12 +65,50 @@ def _train(arguments: argparse.Namespace) -> int:
         device = "cuda" if torch.cuda.is_available() else "cpu"
     platform.use("llvm_ad_rgb" if device == "cpu" else "cuda_ad_rgb")
 
+    with kept_apart(arguments.luminaire, arguments.keep, arguments.output) as scene:
+        return _run(arguments, scene, device)
+
+
+@contextmanager
+def kept_apart(scene: Path, names: Sequence[str], run: Path) -> Iterator[Path]:
+    """The lamp without the parts that are kept, in the run's folder.
+
+    It is taken away again if the block fails before the run has begun.
+    """
+    if not names:
+        yield scene
+        return
+    from purelight_train.split import part_names, split
+
+    chosen = {name for name in names if name != AUTO}
+    if AUTO in names and part_names(scene):
+        from purelight_train.light.kept import parts_away
+
+        chosen |= set(parts_away(scene))
+    folder = run / LAMP
+    fresh = not run.exists(), not folder.exists()
+    if not chosen:
+        command.warn(COMMAND, "--keep auto: no opaque part is away from the light; none is kept")
+    lamp = split(scene, sorted(chosen), folder) if chosen else scene
+    try:
+        yield lamp
+    except BaseException:
+        if fresh[1] and not (run / "config.json").is_file():
+            shutil.rmtree(folder, ignore_errors=True)
+            if fresh[0]:
+                with suppress(OSError):
+                    run.rmdir()
+        raise
+
+
+def _run(arguments: argparse.Namespace, scene: Path, device: str) -> int:
+    """Train the lamp; Mitsuba's variant is set."""
     from purelight_train.runs.pipeline import start
 
     preset = replace(PRESETS[arguments.preset], mixed_precision=arguments.mixed_precision)
     anchor = arguments.anchor or ("auto" if arguments.route == "photons" else "none")
     training = start(
-        arguments.luminaire, arguments.output, preset, arguments.seed, device,
+        scene, arguments.output, preset, arguments.seed, device,
         resume=arguments.resume, route=arguments.route, anchor=anchor,
         early_stop=arguments.early_stop,
     )  # fmt: skip

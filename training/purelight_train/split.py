@@ -60,6 +60,14 @@ def split(scene: Path, names: Sequence[str], folder: Path) -> Path:
     return lamp
 
 
+def copied(scene: Path, folder: Path) -> None:
+    """Copies a scene and the files that it names into a folder."""
+    tree = _parse(scene)
+    folder.mkdir(parents=True, exist_ok=True)
+    _copy_files(tree, scene.parent, folder)
+    _write(tree, folder / scene.name)
+
+
 def part_names(scene: Path) -> list[str]:
     """Ids of the shapes of a scene that have one."""
     return [shape.attrib["id"] for shape in _parse(scene).findall("shape") if "id" in shape.attrib]

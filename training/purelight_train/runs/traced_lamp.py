@@ -20,11 +20,13 @@ from purelight_train.light.emission import Emission
 from purelight_train.light.exit_records import ExitRecords, escaped_part, settle, triangle_flux
 from purelight_train.light.exit_surface import ExitSurface
 from purelight_train.light.finishes import finished
+from purelight_train.light.kept import kept_parts
 from purelight_train.light.light_tracing import BATCH, trace_records
 from purelight_train.light.luminaire import Luminaire, load_luminaire
 from purelight_train.light.rays import scene_extent
 from purelight_train.presets import Preset
 from purelight_train.runs.stages import Stages
+from purelight_train.split import KEPT, copied
 
 HELD_OUT = 1 << 17
 ESCAPED = 1 << 19
@@ -110,6 +112,7 @@ class TracedLamp:
             return
         description, records, triangle = self._traced
         run.write_json("description.json", description.to_dict())
+        self._store_kept()
         made = finished(self.luminaire)
         run.write_json("finishes.json", to_json(made.finishes))
         run.write_arrays(
@@ -121,6 +124,22 @@ class TracedLamp:
         )
         direction, weight = escaped_part(records, description.flux, ESCAPED)
         run.write_arrays("escaped.npz", direction=direction, weight=weight)
+
+    def _store_kept(self) -> None:
+        """Store the parts that are kept out of the networks, if there are any."""
+        run, scene = self.stages.run, self.scene.parent / KEPT
+        if not scene.is_file():
+            return
+        parts = kept_parts(scene)
+        copied(scene, run.path / "kept")
+        run.write_json("kept.json", to_json([part.finish for part in parts]))
+        arrays = {
+            f"{field}_{k}": value
+            for k, part in enumerate(parts)
+            for field in ("positions", "triangles", "normals")
+            if (value := getattr(part, field)) is not None
+        }
+        run.write_arrays("kept.npz", **arrays)
 
 
 def _require_radiance(records: ExitRecords) -> None:

@@ -12,7 +12,7 @@ import numpy as np
 from purelight_format.errors import PureLightError
 from purelight_format.smooth_normals import corner_normals
 from purelight_mitsuba.lamps.emitter import PureLightEmitter
-from purelight_mitsuba.lamps.finish_bsdf import FinishBSDF, SpreadBSDF
+from purelight_mitsuba.lamps.finish_bsdf import FinishBSDF, ScatterBSDF
 from purelight_mitsuba.lamps.finishes import Finishes, Look, sides
 from purelight_mitsuba.lamps.lamp_choice import NONE, LampChoice
 from purelight_mitsuba.lamps.luminaire import Luminaire
@@ -125,8 +125,11 @@ class Lamps:
             finishes, indices = sides(emitters)
             self._finishes, self._sides = Finishes(finishes), mi.UInt32(indices.ravel())
             mesh = _mesh(emitters, FinishBSDF(self._finishes, self._sides))
-            self._spreading = _mesh(emitters, SpreadBSDF(self._finishes, self._sides))
-            self._shapes = mi.ShapePtr(mesh), mi.ShapePtr(self._spreading)
+            scatter = ScatterBSDF(self._finishes, self._sides)
+            self._scattering = _mesh(emitters, scatter, copies=2)
+            self._shapes = mi.ShapePtr(mesh), mi.ShapePtr(self._scattering)
+            self._count = mi.UInt32(len(indices))
+            dr.make_opaque(self._count)
         self._scene = _scene(mesh, room)
         self.surface = SurfaceSampler([luminaire.surface for luminaire in self.luminaires])
         self._facets = _device(_facets(emitters))
@@ -158,26 +161,32 @@ class Lamps:
         return self._finishes.look(dr.gather(mi.UInt32, self._sides, side, hit.valid), hit.valid)
 
     def vertex(
-        self, hit: Hit, distance: mi.Float, spreading: bool | mi.Bool
+        self,
+        hit: Hit,
+        distance: mi.Float,
+        ahead: bool | mi.Bool = False,
+        back: bool | mi.Bool = False,
     ) -> mi.PreliminaryIntersection3f:
         """Where a path ends at a lamp, as Mitsuba notes it.
 
         Arguments:
             distance: From the ray's origin.
-            spreading: Whether it goes on ahead, rather than back.
+            ahead, back: Whether it is scattered so, rather than reflected.
         """
         found = dr.zeros(mi.PreliminaryIntersection3f)
         found.valid, found.t = hit.valid, distance
         found.prim_index, found.prim_uv = hit.facet, hit.uv
-        found.shape = dr.select(spreading, self._shapes[1], self._shapes[0])
+        found.prim_index += dr.select(mi.Bool(back), self._count, 0)
+        found.shape = dr.select(mi.Bool(ahead) | back, self._shapes[1], self._shapes[0])
         return found
 
     def owner(self, found: mi.PreliminaryIntersection3f) -> tuple[mi.UInt32, mi.UInt32]:
-        """The lamp that a path's vertex is on, or NONE; and the same where it goes on ahead."""
-        reflecting, spreading = (found.shape == shape for shape in self._shapes)
-        on = found.is_valid() & (reflecting | spreading)
-        lamp = mi.UInt32(dr.gather(mi.Vector4f, self._facets, found.prim_index, on).w)
-        return dr.select(on, lamp, NONE), dr.select(on & spreading, lamp, NONE)
+        """The lamp that a path's vertex is on, or NONE; and the same where it is scattered."""
+        reflecting, scattering = (found.shape == shape for shape in self._shapes)
+        on, index = found.is_valid() & (reflecting | scattering), found.prim_index
+        index = dr.select(index >= self._count, index - self._count, index)
+        lamp = mi.UInt32(dr.gather(mi.Vector4f, self._facets, index, on).w)
+        return dr.select(on, lamp, NONE), dr.select(on & scattering, lamp, NONE)
 
     # Tables
 
@@ -242,7 +251,9 @@ def _device(table: np.ndarray) -> mi.Float:
     return buffer
 
 
-def _mesh(emitters: Sequence[PureLightEmitter], bsdf: mi.BSDF | None = None) -> mi.Mesh:
+def _mesh(
+    emitters: Sequence[PureLightEmitter], bsdf: mi.BSDF | None = None, copies: int = 1
+) -> mi.Mesh:
     """The exit surfaces in the world; with normals of their own if some finish is smooth."""
     smooth = any(finish.smooth for e in emitters for finish in e.finishes)
     positions = [e.placement.point_to_world(e.luminaire.surface.positions) for e in emitters]
@@ -254,13 +265,12 @@ def _mesh(emitters: Sequence[PureLightEmitter], bsdf: mi.BSDF | None = None) -> 
     props = mi.Properties()
     if bsdf is not None:
         props["bsdf"] = bsdf
-    mesh = mi.Mesh(
-        "exit surfaces", int(counts[-1]), sum(map(len, faces)), props, has_vertex_normals=smooth
-    )
+    total = copies * sum(map(len, faces))
+    mesh = mi.Mesh("exit surfaces", int(counts[-1]), total, props, has_vertex_normals=smooth)
     params = mi.traverse(mesh)
     params["vertex_positions"] = np.concatenate(positions).astype(np.float32).ravel()
     own = [f + np.uint32(first) for f, first in zip(faces, counts, strict=False)]
-    params["faces"] = np.concatenate(own).ravel()
+    params["faces"] = np.tile(np.concatenate(own).ravel(), copies)
     if smooth:
         normals = np.concatenate([
             corner_normals(e.luminaire.surface, e.finishes).reshape(-1, 3) @ e.placement.rotation.T

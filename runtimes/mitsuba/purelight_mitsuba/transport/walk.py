@@ -179,9 +179,9 @@ class Walk:
         (before,) = now.stops
         event = parts.draw(before.u, far and far.reflectance)
         ended = viewing & event.stops
-        found = self.lamps.vertex(met.hit, met.distance, event.spreading)
+        found = self.lamps.vertex(met.hit, met.distance, event.ahead, event.back)
         if far is not None:
-            found = dr.select(event.inside, self.lamps.vertex(far.hit, far.distance, False), found)
+            found = dr.select(event.inside, self.lamps.vertex(far.hit, far.distance), found)
         stop = Stop(
             dr.select(ended, found, before.found), before.active | ended,
             dr.select(viewing, event.u, before.u),
