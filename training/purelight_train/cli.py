@@ -57,6 +57,7 @@ def _train(arguments: argparse.Namespace) -> int:
     if device == "auto":
         device = "cuda" if torch.cuda.is_available() else "cpu"
     platform.use("llvm_ad_rgb" if device == "cpu" else "cuda_ad_rgb")
+    threads.use_for_tracing(arguments.threads)
 
     from purelight_train.runs.pipeline import start
 

@@ -1,0 +1,93 @@
+"""A catalogue: what became of each lamp, its files gathered under its name."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from purelight_catalogue.entries import Entry
+from purelight_catalogue.jobs import Job
+from purelight_catalogue.results import Results
+from purelight_catalogue.work import Outcome
+
+GATHERED = {  # By stage, what a person may want
+    "train": ("run/report.html",),
+    "export": ("*.plux", "*.usda", "*.ies", "*.ldt"),
+    "picture": ("picture.png",),
+    "check": ("validate.json", "inspect.json"),
+}
+
+
+@dataclass(frozen=True)
+class Card:
+    """One lamp of a catalogue.
+
+    Arguments:
+        fault: one line on why it has no bundle; empty if it has.
+        files: in its folder, by what they are.
+        about: what `purelight-inspect --json` says.
+        seconds: of all its jobs; gibibytes: the most memory one of them had.
+    """
+
+    entry: Entry
+    fault: str
+    files: Mapping[str, str]
+    about: Mapping[str, Any]
+    seconds: float
+    gibibytes: float
+
+
+def gather(
+    entry: Entry, jobs: Sequence[Job], outcomes: Mapping[str, Outcome], results: Results,
+    output: Path,
+) -> Card:  # fmt: skip
+    """Put a lamp's files into `output/lamps/NAME` and tell about it."""
+    folder = output / "lamps" / entry.name
+    faults = [f"{o.job.stage}: {o.fault}" for j in jobs if (o := outcomes.get(j.key)) and o.fault]
+    ended = [outcomes[job.key] for job in jobs if job.key in outcomes]
+    files: dict[str, str] = {}
+    for job in jobs:
+        if results.done(job):
+            files |= _copy(job, results.path(job.stage, job.key), folder)
+    about = _read(folder / "inspect.json") if "inspect" in files else {}
+    return Card(
+        entry, faults[0] if faults else "", files, about,
+        round(sum(o.seconds for o in ended), 1), max((o.gibibytes for o in ended), default=0.0),
+    )  # fmt: skip
+
+
+def _copy(job: Job, source: Path, folder: Path) -> dict[str, str]:
+    """Files of one result, linked where the disk can; by suffix or name."""
+    folder.mkdir(parents=True, exist_ok=True)
+    found = {}
+    for pattern in GATHERED.get(job.stage, ()):
+        for path in sorted(source.glob(pattern)):
+            target = folder / path.name
+            _link(path, target)
+            kind = path.suffix[1:] if job.stage == "export" else path.stem
+            found[kind] = f"lamps/{folder.name}/{path.name}"
+    return found
+
+
+def _link(source: Path, target: Path) -> None:
+    """The same file under another name, or a copy where two names are not possible."""
+    draft = target.with_name(f".{target.name}.tmp")
+    draft.unlink(missing_ok=True)
+    try:
+        os.link(source, draft)
+    except OSError:
+        shutil.copyfile(source, draft)
+    os.replace(draft, target)
+
+
+def _read(path: Path) -> dict[str, Any]:
+    try:
+        found = json.loads(path.read_bytes())
+    except (OSError, ValueError):
+        return {}
+    return found if isinstance(found, dict) else {}
