@@ -6,7 +6,7 @@ import json
 import os
 import shutil
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -19,8 +19,13 @@ GATHERED = {  # By stage, what a person may want
     "train": ("run/report.html",),
     "export": ("*.plux", "*.usda", "*.ies", "*.ldt"),
     "picture": ("picture.png",),
+    "photometry": ("*.photons.json", "*.photons.ies", "truth.png"),
     "check": ("validate.json", "inspect.json"),
 }
+KINDS = {  # What files are by their suffixes; others by their names
+    "plux": "plux", "usda": "usda", "ies": "ies", "ldt": "ldt", "photons.json": "photons",
+    "photons.ies": "photons_ies",
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -31,6 +36,7 @@ class Card:
         fault: one line on why it has no bundle; empty if it has.
         files: in its folder, by what they are.
         about: what `purelight-inspect --json` says.
+        photons: figures of the light that was traced besides (`photons`); empty without.
         seconds: of all its jobs; gibibytes: the most memory one of them had.
     """
 
@@ -40,6 +46,7 @@ class Card:
     about: Mapping[str, Any]
     seconds: float
     gibibytes: float
+    photons: Mapping[str, Any] = field(default_factory=dict)
 
 
 def gather(
@@ -54,10 +61,13 @@ def gather(
     for job in jobs:
         if results.done(job):
             files |= _copy(job, results.path(job.stage, job.key), folder)
-    about = _read(folder / "inspect.json") if "inspect" in files else {}
+    about, photons = (
+        _read(output / files[kind]) if kind in files else {} for kind in ("inspect", "photons")
+    )
     return Card(
         entry, faults[0] if faults else "", files, about,
         round(sum(o.seconds for o in ended), 1), max((o.gibibytes for o in ended), default=0.0),
+        photons,
     )  # fmt: skip
 
 
@@ -69,7 +79,7 @@ def _copy(job: Job, source: Path, folder: Path) -> dict[str, str]:
         for path in sorted(source.glob(pattern)):
             target = folder / path.name
             _link(path, target)
-            kind = path.suffix[1:] if job.stage == "export" else path.stem
+            kind = KINDS.get("".join(path.suffixes)[1:], path.stem)
             found[kind] = f"lamps/{folder.name}/{path.name}"
     return found
 

@@ -32,7 +32,13 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _catalogue(options: argparse.Namespace) -> int:
-    settings = Settings(options.preset, options.seed, options.target_error, device=options.device)
+    settings = Settings(
+        options.preset,
+        options.seed,
+        options.target_error,
+        photons=options.photons,
+        device=options.device,
+    )
     entries = read_entries(options.lamps)
     if unknown := check_presets(entries, settings):
         raise PureLightError(f"no preset {unknown[0]}; choose from {' '.join(sorted(PRESETS))}")
@@ -124,6 +130,8 @@ def _parser() -> command.Parser:
     add("--seed", type=int, default=0)
     add("--target-error", type=command.number(0, 1), metavar="E",
         help="the smallest networks within this error, as purelight-size finds them")  # fmt: skip
+    add("--photons", type=_photons, default=0, metavar="N",
+        help="trace as many besides, in parts, for flux, far field and a picture")  # fmt: skip
     add("--device", choices=("cpu", "cuda"), default="cpu", help="of training")
     add("--workers", type=_count, default=os.cpu_count() or 1,
         help="jobs side by side on this machine, a core each")  # fmt: skip
@@ -138,6 +146,11 @@ def _count(text: str) -> int:
     if not text.isdigit() or not 1 <= int(text) <= 4096:
         raise argparse.ArgumentTypeError(f"{text}: give a number from 1 to 4096")
     return int(text)
+
+
+def _photons(text: str) -> int:
+    count = command.number(0, 1e13)(text)
+    return int(count)
 
 
 def _part(text: str) -> tuple[int, int]:

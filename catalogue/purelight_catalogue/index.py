@@ -33,6 +33,7 @@ def card_json(card: Card) -> dict[str, Any]:
         "multiply_adds": about["networks"]["appearance"]["macs_per_sample"],
         "triangles": card.about["triangles"],
         "fidelity": about["fidelity"],
+        "photons": dict(card.photons),
         "seconds": card.seconds,
         "gibibytes": card.gibibytes,
     }

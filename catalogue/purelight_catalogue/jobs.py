@@ -18,6 +18,8 @@ GIB = float(1 << 30)
 # GiB at the peak, measured on lamps of the zoo and rounded up; `paper` as on its GPU's host
 TRAINING = {"sketch": 2.0, "draft": 3.0, "standard": 6.0, "paper": 16.0}
 SMALL = 1.5
+TRACING = 2.0
+PART = 1 << 24  # photons of one task: minutes of a core
 
 
 @dataclass(frozen=True)
@@ -28,6 +30,7 @@ class Settings:
         preset, seed: of `purelight-train`.
         target_error: of `purelight-size`; none to leave the networks as they are.
         picture: pixels along each side of a lamp's picture.
+        photons: to trace besides, for flux, far field and a picture that are known well.
         device: of training; a GPU is a resource that a job asks for.
     """
 
@@ -35,6 +38,7 @@ class Settings:
     seed: int = 0
     target_error: float | None = None
     picture: int = 384
+    photons: int = 0
     device: str = "cpu"
 
 
@@ -86,7 +90,20 @@ def jobs_of(entry: Entry, settings: Settings) -> list[Job]:
     export = _job("export", entry, {"run": jobs[-1]}, name=entry.name, lumens=entry.lumens)
     check = _job("check", entry, {"bundle": export}, name=entry.name)
     picture = _job("picture", entry, {"bundle": export}, name=entry.name, size=settings.picture)
-    return [*jobs, export, check, picture]
+    return [*jobs, export, check, picture, *_photons(entry, settings.photons)]
+
+
+def _photons(entry: Entry, count: int) -> list[Job]:
+    """Tracing in parts, and what joins them."""
+    if not count:
+        return []
+    digest, file = input_digest(entry.file), str(entry.file.resolve())
+    parts = [
+        _job("photons", entry, {}, TRACING, file=file, digest=digest, paths=PART, seed=1 + number)
+        for number in range(-(-count // PART))
+    ]
+    before = {f"part {number}": part for number, part in enumerate(parts)}
+    return [*parts, _job("photometry", entry, before, name=entry.name)]
 
 
 def _job(

@@ -18,6 +18,7 @@ from purelight_train.runs.progress import duration
 SORTED = ("name", "lumens", "metres", "bytes", "seconds")
 DOWNLOADS = {  # By kind of file, what the link says
     "plux": ".plux", "usda": ".usda", "ies": ".ies", "ldt": ".ldt", "report": "training report",
+    "photons_ies": "traced .ies",
 }  # fmt: skip
 
 
@@ -62,11 +63,21 @@ def _picture(lamp: Mapping[str, Any]) -> str:
 
 
 def _facts(lamp: Mapping[str, Any]) -> dict[str, str]:
+    traced = lamp["photons"]
+    known = (
+        {
+            "traced": f"{traced['lumens']:,.5g} ± {traced['lumens_error']:.2g} lm of "
+            f"{traced['paths']:,} photons"
+        }
+        if traced
+        else {}
+    )
     return {
         "light": f"{lamp['lumens']:,.4g} lm",
         "size": f"{100 * lamp['metres']:.3g} cm across",
         "file": f"{lamp['bytes'] / 1e6:.2f} MB, {lamp['triangles']:,} triangles",
         "made in": f"{duration(lamp['seconds'])}, {lamp['gibibytes']:.1f} GiB",
+        **known,
     }
 
 

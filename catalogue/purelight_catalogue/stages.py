@@ -98,6 +98,24 @@ def picture(job: Job, place: Place) -> list[Command]:
     return [Command("purelight_onnx.cli", words)]
 
 
+def photons(job: Job, place: Place) -> list[Command]:
+    """A part of a lamp's light."""
+    words = (
+        "trace", job.arguments["file"], "--paths", str(job.arguments["paths"]),
+        "--seed", str(job.arguments["seed"]), "--threads", str(place.threads),
+        "--output", str(place.folder / "part.npz"),
+    )  # fmt: skip
+    return [Command("purelight_catalogue.photons", words)]
+
+
+def photometry(job: Job, place: Place) -> list[Command]:
+    """All parts of a lamp's light joined."""
+    parts = (str(folder / "part.npz") for folder in place.before.values())
+    words = ("join", *parts, "--name", job.arguments["name"], "--output", str(place.folder))
+    return [Command("purelight_catalogue.photons", words)]
+
+
 STAGES: Mapping[str, Stage] = {
     "train": train, "size": size, "export": export, "check": check, "picture": picture,
+    "photons": photons, "photometry": photometry,
 }  # fmt: skip
