@@ -24,7 +24,7 @@ GATHERED = {  # By stage, what a person may want
 }
 KINDS = {  # What files are by their suffixes; others by their names
     "plux": "plux", "usda": "usda", "ies": "ies", "ldt": "ldt", "photons.json": "photons",
-    "photons.ies": "photons_ies",
+    "photons.ies": "photons_ies", "shape.ies": "shape",
 }  # fmt: skip
 
 

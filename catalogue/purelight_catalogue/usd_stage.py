@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from purelight_catalogue.catalogue import Card
 from purelight_format import atomic
@@ -24,30 +25,40 @@ def write_stage(cards: Sequence[Card], output: Path) -> Path | None:
     `/Catalogue` holds every lamp on a grid; `/Lamp` is one of them, by its variant set `lamp`.
     Both are references to the lamps' own USD assets.
     """
-    from pxr import Sdf, Usd, UsdGeom
-
     shown = [card for card in cards if "usda" in card.files]
     if not shown:
         return None
-    stage = Usd.Stage.CreateInMemory()
-    UsdGeom.SetStageMetersPerUnit(stage, 1.0)
-    UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.z)
-    stage.SetMetadata("comment", "Lamps of a PureLight catalogue; /Lamp has them as variants")
-    stage.SetDefaultPrim(stage.DefinePrim("/Catalogue", "Xform"))
+    layer = _layer(shown)
+    path = output / "catalogue.usda"
+    atomic.write_bytes(path, layer.ExportToString().encode())
+    return path
+
+
+def _layer(shown: Sequence[Card]) -> Any:
+    """The stage's layer: specs, since a stage would look for the lamps while it is written."""
+    from pxr import Sdf
+
+    layer = Sdf.Layer.CreateAnonymous(".usda")
+    layer.comment = "Lamps of a PureLight catalogue; /Lamp is any of them, by its variant"
+    layer.defaultPrim = "Catalogue"
+    layer.pseudoRoot.SetInfo("metersPerUnit", 1.0)
+    layer.pseudoRoot.SetInfo("upAxis", "Z")
+    grid = Sdf.PrimSpec(layer, "Catalogue", Sdf.SpecifierDef, "Xform")
+    single = Sdf.PrimSpec(layer, "Lamp", Sdf.SpecifierClass)
+    single.variantSetNameList.Append("lamp")
+    choices = Sdf.VariantSetSpec(single, "lamp")
     step = GAP * max(2 * card.about["manifest"]["bounding_sphere"]["radius"] for card in shown)
     columns = math.ceil(math.sqrt(len(shown)))
-    single = stage.CreateClassPrim(Sdf.Path("/Lamp"))
-    choices = single.GetVariantSets().AddVariantSet("lamp")
     for number, card in enumerate(shown):
-        asset, name = f"./{card.files['usda']}", prim_name(card.entry.name)
-        place = UsdGeom.Xform.Define(stage, f"/Catalogue/{name}")
-        place.AddTranslateOp().Set((step * (number % columns), -step * (number // columns), 0.0))
-        stage.DefinePrim(f"/Catalogue/{name}/lamp").GetReferences().AddReference(asset)
-        choices.AddVariant(name)
-        choices.SetVariantSelection(name)
-        with choices.GetVariantEditContext():
-            single.GetReferences().AddReference(asset)
-    choices.SetVariantSelection(prim_name(shown[0].entry.name))
-    path = output / "catalogue.usda"
-    atomic.write_bytes(path, stage.GetRootLayer().ExportToString().encode())
-    return path
+        name, asset = prim_name(card.entry.name), Sdf.Reference(f"./{card.files['usda']}")
+        place = Sdf.PrimSpec(grid, name, Sdf.SpecifierDef, "Xform")
+        kinds = Sdf.ValueTypeNames
+        order = Sdf.AttributeSpec(place, "xformOpOrder", kinds.TokenArray, Sdf.VariabilityUniform)
+        order.default = ["xformOp:translate"]
+        translate = Sdf.AttributeSpec(place, "xformOp:translate", kinds.Double3)
+        translate.default = (step * (number % columns), -step * (number // columns), 0.0)
+        lamp = Sdf.PrimSpec(place, "lamp", Sdf.SpecifierDef)
+        lamp.referenceList.Prepend(asset)
+        Sdf.VariantSpec(choices, name).primSpec.referenceList.Prepend(asset)
+    single.variantSelections["lamp"] = prim_name(shown[0].entry.name)
+    return layer
