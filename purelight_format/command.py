@@ -79,6 +79,11 @@ def _run(name: str, action: Callable[[], int]) -> int:
     return FAULT
 
 
+def note(name: str, text: str) -> None:
+    """Prints one line about something that was done otherwise than one might think."""
+    print(f"{name}: note: {plain(text, LONGEST)}", file=sys.stderr)
+
+
 def warn(name: str, text: str) -> None:
     """Prints one line about something that the user should know."""
     print(f"{name}: warning: {plain(text, LONGEST)}", file=sys.stderr)
