@@ -39,8 +39,10 @@ def format_of(path: Path) -> str:
 
 def is_mitsuba_3(path: Path) -> bool:
     """Whether a file is a scene that Mitsuba 3 loads as it is; broken ones are left to Mitsuba."""
-    if path.suffix.lower() != ".xml" or not files.is_file(path):
-        return path.suffix.lower() not in READERS
+    if path.suffix.lower() != ".xml":
+        return False
+    if not files.is_file(path):
+        return True
     with path.open("rb") as file:
         found = VERSION.search(file.read(16 * HEAD))
     return found is None or int(found[1]) >= 2

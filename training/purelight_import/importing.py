@@ -17,7 +17,7 @@ from purelight_import.model.frame import UNITS, Frame, guess_unit, unit
 from purelight_import.model.lamp import Lamp, Part
 from purelight_import.options import Options
 from purelight_import.parts import emitters
-from purelight_import.parts.choice import chosen
+from purelight_import.parts.choice import Named, chosen
 from purelight_import.parts.emitting_sides import facing_out
 from purelight_import.parts.glass import settled
 from purelight_import.parts.merging import merged
@@ -167,7 +167,7 @@ def _without(lamp: Lamp, options: Options) -> tuple[Lamp, tuple[Part, ...]]:
     Raises:
         PureLightError: a name fits nothing, or nothing is left.
     """
-    items = [*lamp.parts, *lamp.points]
+    items: list[Named] = [*lamp.parts, *lamp.points]
     for pattern, _ in _glass(options):
         chosen(pattern, lamp.parts, "--glass")
     omitted = [x for pattern in options.omit for x in chosen(pattern, items, "--omit")]

@@ -47,8 +47,9 @@ class Options:
     @staticmethod
     def of(arguments: argparse.Namespace) -> Options:
         """The options among parsed arguments."""
-        values = {f.name: getattr(arguments, f.name) for f in fields(Options)}
-        return Options(**{k: tuple(v) if isinstance(v, list) else v for k, v in values.items()})
+        values: dict[str, Any] = {f.name: getattr(arguments, f.name) for f in fields(Options)}
+        lists = {k: tuple(v) for k, v in values.items() if isinstance(v, list)}
+        return Options(**(values | lists))
 
 
 def add(parser: argparse.ArgumentParser) -> None:

@@ -92,8 +92,8 @@ class Mesh:
 
         Vertices without a triangle are dropped.
         """
-        finite = np.isfinite(self.positions).all(1)
-        keep = finite[self.triangles].all(1)
+        finite = np.isfinite(self.positions).sum(1) == 3
+        keep = finite[self.triangles].sum(1) == 3
         keep[keep] = replace(self, triangles=self.triangles[keep]).areas > 0
         if not keep.any():
             return None

@@ -108,7 +108,7 @@ def _turned(parts: list[Part], hulls: dict[int, Hull], lamp: Lamp) -> list[Part]
     surfaces = [
         Surface(i, number, _only(parts[i].mesh, about.surface == number), about.volume[number])
         for i, about in hulls.items() if parts[i].solid
-        for number in np.flatnonzero(about.closed)
+        for number in np.flatnonzero(about.closed).tolist()
     ]  # fmt: skip
     rays = [Rays.among([s.mesh]) for s in surfaces]
     for s in surfaces:

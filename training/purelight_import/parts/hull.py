@@ -48,7 +48,8 @@ def hull(mesh: Mesh) -> Hull:
     closed = np.ones(number, bool)
     closed[label[ends[unpaired, 0]]] = False
     a, b, c = np.moveaxis(mesh.corners - mesh.positions.mean(0), 1, 0)
-    volume = np.bincount(surface, np.einsum("td,td->t", a, np.cross(b, c)) / 6, number)
+    sixth = np.einsum("td,td->t", a, np.cross(b, c)) / 6
+    volume = np.bincount(surface, sixth, number).astype(np.float64)
     return Hull(surface, closed, volume)
 
 

@@ -27,7 +27,7 @@ def decode(name: str, data: bytes, *, srgb: bool) -> Picture:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            image = Image.open(io.BytesIO(data), formats=FORMATS)
+            image: Image.Image = Image.open(io.BytesIO(data), formats=FORMATS)
             if image.width * image.height > limits.PICTURE_PIXELS:
                 size = f"{image.width} x {image.height}"
                 raise PureLightError(f"picture {name} of {size} pixels is too large")

@@ -19,6 +19,7 @@ from purelight_import.model.picture import decode
 SEPARATORS = re.compile(r"[,\s]+")
 GONE = {"phong": "roughplastic", "ward": "roughplastic", "difftrans": "principledthin"}
 UNKNOWN = {"hk", "irawan", "hanrahankrueger", "sssbrdf"}
+NAMED = ("shape", "bsdf")
 WRAPPERS = {"coating", "roughcoating"}
 
 
@@ -36,7 +37,7 @@ def upgrade(root: ET.Element, mi: Any, notes: Notes) -> ET.Element:
             elif element.tag == "subsurface":
                 notes("subsurface scattering is left out")
                 parent.remove(element)
-    names = [shape.get("id", "") for shape in root.iter("shape")]
+    names = {tag: [e.get("id", "") for e in root.iter(tag)] for tag in NAMED}
     folders = [s.attrib.pop("folder", None) for s in root.iter("string")]
     paths = [s.get("value") for s in root.iter("string")]
     config = mi.parser.ParserConfig(mi.variant())
@@ -46,11 +47,18 @@ def upgrade(root: ET.Element, mi: Any, notes: Notes) -> ET.Element:
     return _named(result, names, dict(zip(paths, folders, strict=True)))
 
 
-def _named(root: ET.Element, names: list[str], folders: dict[str | None, str | None]) -> ET.Element:
-    """With the shapes' names, which the upgrade forgets where nothing refers to them."""
-    for shape, name in zip(root.iter("shape"), names, strict=True):
-        if name:
-            shape.set("id", name)
+def _named(
+    root: ET.Element, names: dict[str, list[str]], folders: dict[str | None, str | None]
+) -> ET.Element:
+    """With names, which the upgrade forgets where nothing refers to them, and shorter numbers."""
+    for tag, wanted in names.items():
+        for element, name in zip(root.iter(tag), wanted, strict=True):
+            if name:
+                element.set("id", name)
+    for element in root.iter():
+        if element.tag in ("float", "rgb"):
+            numbers = [float(x) for x in SEPARATORS.split(element.get("value", "").strip())]
+            element.set("value", ", ".join(f"{x:.9g}" for x in numbers))
     for string in root.iter("string"):
         folder = folders.get(string.get("value"))
         if folder and string.get("name") == "filename":

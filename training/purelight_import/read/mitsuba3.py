@@ -168,7 +168,7 @@ def _stem(shape: ET.Element) -> str:
 
 def _verbatim(elements: list[ET.Element], name: str, glass: bool) -> Verbatim:
     """Materials as written, and the files that they name."""
-    named = []
+    named: list[tuple[str, str]] = []
     texts = []
     for element in elements:
         for string in element.iter("string"):

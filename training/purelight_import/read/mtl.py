@@ -21,7 +21,8 @@ Words = dict[str, list[str]]
 REFRACTING, MAYBE_GLASS, DULL = ("6", "7"), ("4", "9"), ("0", "1")
 # Options of texture statements, and how many words follow each
 OPTIONS = {"-o": 3, "-s": 3, "-t": 3, "-mm": 2, "-blendu": 1, "-blendv": 1, "-bm": 1, "-boost": 1,
-           "-cc": 1, "-clamp": 1, "-imfchan": 1, "-texres": 1, "-type": 1, "-colorspace": 1}  # fmt: skip
+           "-cc": 1, "-clamp": 1, "-imfchan": 1, "-texres": 1, "-type": 1,
+           "-colorspace": 1}  # fmt: skip
 BLENDER_SHARPEST = 1000.0  # Ns of roughness zero
 
 
@@ -95,7 +96,9 @@ class _Reading:
             return material
         tint = self._color("tf", WHITE) if filtered else diffuse
         brightest = max(tint)
-        color = WHITE if brightest < 0.2 else tuple(c / brightest for c in tint)
+        color: RGB = WHITE
+        if brightest >= 0.2:
+            color = (tint[0] / brightest, tint[1] / brightest, tint[2] / brightest)
         through = 1.0 if kind in REFRACTING or opacity <= 0.5 or opacity == 1 else 1 - opacity
         if not isinstance(material.base_color, Picture):
             material = replace(material, base_color=color)

@@ -121,10 +121,11 @@ def read_obj(path: Path) -> Lamp:
             reading.blender = reading.blender or "Blender" in rest
         else:
             reading.line(key, rest)
-    arrays = {key: _array(values, 2 if key == "vt" else 3)
-              for key, values in reading.values.items()}  # fmt: skip
-    for key, faces in reading.faces.items():
-        _add(reading, key, faces, arrays)
+    arrays = {
+        kind: _array(values, 2 if kind == "vt" else 3) for kind, values in reading.values.items()
+    }
+    for place, faces in reading.faces.items():
+        _add(reading, place, faces, arrays)
     frame = Frame(1.0, "y", unit_known=False, up_known=False)
     return Lamp("", tuple(reading.builder.parts), (), frame, reading.builder.notes)
 

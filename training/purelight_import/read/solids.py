@@ -38,7 +38,7 @@ def cylinder() -> Mesh:
     faces = np.concatenate(
         (np.stack((i, j, i + SECTIONS), 1), np.stack((j, j + SECTIONS, i + SECTIONS), 1))
     )
-    vertices = np.concatenate((low, low + [0, 0, 1]))
+    vertices = np.concatenate((low, low + np.array([0, 0, 1])))
     return Mesh(vertices, faces.astype(np.uint32), np.concatenate((low, low)))
 
 

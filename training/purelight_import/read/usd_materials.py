@@ -22,7 +22,8 @@ CHANNELS = {"r": 0, "g": 1, "b": 2, "a": 3}
 PLAIN = 0.18
 # What the shaders call the words of `Material`
 PREVIEW = {"base": "diffuseColor", "metal": "metallic", "rough": "roughness", "ior": "ior",
-           "coat": "clearcoat", "coat_rough": "clearcoatRoughness", "emission": "emissiveColor"}  # fmt: skip
+           "coat": "clearcoat", "coat_rough": "clearcoatRoughness",
+           "emission": "emissiveColor"}  # fmt: skip
 STANDARD = {"base": "base_color", "metal": "metalness", "rough": "specular_roughness",
             "ior": "specular_IOR", "coat": "coat", "coat_rough": "coat_roughness",
             "emission": "emission_color", "strength": "emission", "through": "transmission",
@@ -130,7 +131,8 @@ def _preview_glass(material: Material, read: _Shader) -> Material:
     base = material.base_color
     if not isinstance(base, Picture):
         brightest = max(base)
-        base = WHITE if brightest < 0.2 else tuple(c / brightest for c in base)  # type: ignore[assignment]
+        r, g, b = base
+        base = WHITE if brightest < 0.2 else (r / brightest, g / brightest, b / brightest)
     return replace(material, transmission=through, metalness=0.0, base_color=base)
 
 
@@ -165,7 +167,9 @@ class _Shader:
 
     def number(self, key: str, default: float) -> float:
         value = self.plain(key, default)
-        return float(value) if np.isscalar(value) and np.isfinite(float(value)) else default
+        if not isinstance(value, (bool, int, float)) or not np.isfinite(value):
+            return default
+        return float(value)
 
     def value(self, key: str, default: float) -> Value:
         """A number, or one channel of a texture."""

@@ -54,8 +54,8 @@ def _light(subject: Subject) -> Iterator[str]:
     if len(dark):
         names = ", ".join(f"'{subject.emitter_name(int(i))}'" for i in dark[:4])
         more = f" and {len(dark) - 4} more" if len(dark) > 4 else ""
-        yield (f"no light of emitter {names}{more} leaves the lamp; look whether it faces inwards, or "
-               "is covered (--omit what covers it, or make that glass)")  # fmt: skip
+        yield (f"no light of emitter {names}{more} leaves the lamp; look whether it faces "
+               "inwards, or is covered (--omit what covers it, or make that glass)")  # fmt: skip
     elif total > 0 and left.sum() < FAINT * total:
         yield (f"only {100 * left.sum() / total:.2g} % of the light leaves the lamp; look at the "
                "materials around the emitters")  # fmt: skip
@@ -67,9 +67,10 @@ def _points(subject: Subject, found: Leaving) -> Iterator[str]:
     if all_left <= 0 or needles.sum() <= NEEDLES * all_left:
         return
     worst = int(needles.argmax())
-    yield (f"light of '{subject.emitter_name(worst)}', which has no area, leaves the lamp without "
-           f"being scattered ({100 * needles.sum() / all_left:.2g} % of all): it has no radiance; make "
-           "it a small sphere with an area light, as purelight-import does")  # fmt: skip
+    share = 100 * needles.sum() / all_left
+    yield (f"{share:.2g} % of the light leaves the lamp unscattered from emitters without area, as "
+           f"'{subject.emitter_name(worst)}'; it has no radiance: make them small spheres with an "
+           "area light, as purelight-import does")  # fmt: skip
 
 
 def _lumens(watts: Floats) -> Floats:

@@ -28,7 +28,8 @@ class _Counts:
 
     @staticmethod
     def none(shapes: int) -> _Counts:
-        return _Counts(*(np.zeros(shapes, np.int64) for _ in range(5)))
+        met, unbalanced, negative, cast_in, hollows = np.zeros((5, shapes), np.int64)
+        return _Counts(met, unbalanced, negative, cast_in, hollows)
 
 
 def glass_doubts(subject: Subject) -> Iterator[str]:
@@ -37,7 +38,7 @@ def glass_doubts(subject: Subject) -> Iterator[str]:
         return
     found = crossings(subject)
     counts = _Counts.none(len(subject.shapes))
-    starts = np.flatnonzero(np.diff(found.line, prepend=-1))
+    starts = np.flatnonzero(np.diff(found.line, prepend=-1)).tolist()
     for begin, end in zip(starts, [*starts[1:], len(found.line)], strict=True):
         _walk(subject, found, begin, end, counts)
     yield from _sentences(subject, counts)
@@ -102,10 +103,11 @@ def _sentences(subject: Subject, counts: _Counts) -> Iterator[str]:
                    f"'{name}=thin')")  # fmt: skip
     for (first, second), lines in counts.overlaps.items():
         if lines > max(LEAST, OVERLAP * min(counts.met[first], counts.met[second])):
-            yield (f"glass '{subject.name(first)}' and '{subject.name(second)}' overlap; move them "
-                   "apart or join them, since light can leave only what it entered last")  # fmt: skip
+            yield (f"glass '{subject.name(first)}' and '{subject.name(second)}' overlap; move "
+                   "them apart or join them: light leaves what it entered last")  # fmt: skip
     for shape in np.flatnonzero(subject.emitting & ~subject.refracting):
         lines = counts.hollows[shape]
         if lines >= LEAST and counts.cast_in[shape] > CAST_IN * lines:
-            yield (f"emitter '{subject.name(int(shape))}' stands in solid glass; unless it is cast "
-                   "in, give the glass an inner wall, or make it thin (thindielectric)")  # fmt: skip
+            yield (f"emitter '{subject.name(int(shape))}' stands in solid glass; unless it is "
+                   "cast in, give the glass an inner wall, or make it thin "
+                   "(thindielectric)")  # fmt: skip

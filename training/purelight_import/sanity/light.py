@@ -8,11 +8,10 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-from purelight_import.sanity.subject import Floats, Subject
+from purelight_import.sanity.subject import Floats, Subject, lifted
 
 PATHS, MOST = 1 << 12, 1 << 18
 BOUNCES = 96
-LIFT = 1e-5  # of the extent
 
 
 @dataclass(frozen=True)
@@ -33,38 +32,54 @@ class Leaving:
 
 def leaving(subject: Subject, seed: int = 0) -> Leaving:
     """Traces light out of the emitters; media are taken as clear."""
-    scene, count = subject.scene, len(subject.scene.emitters())
+    scene = subject.scene
+    count = len(scene.emitters())
     each = max(64, min(PATHS, MOST // count))
     sampler = mi.load_dict({"type": "independent"})
     sampler.seed(seed, count * each)
     index = dr.arange(mi.UInt32, count * each) // each
     emitter = dr.gather(mi.EmitterPtr, scene.emitters_dr(), index)
     ray, weight, sized = _emit(subject, emitter, sampler)
-    weight = dr.select(dr.isfinite(weight), weight, 0)
-    emitted = _sums(weight, each)
-    sharp, active = mi.Bool(~sized), dr.max(weight) > 0
-    left, needles = np.zeros_like(emitted), np.zeros_like(emitted)
-    for _ in range(BOUNCES):
-        si = scene.ray_intersect(ray, active)
-        gone = active & ~si.is_valid()
-        left += _sums(dr.select(gone, weight, 0), each)
-        needles += _sums(dr.select(gone & sharp, weight, 0), each)
-        active = active & si.is_valid()
-        context = mi.BSDFContext(mi.TransportMode.Importance)
+    weight = dr.select(dr.all(dr.isfinite(weight)), weight, 0)
+    left, sharp = _walk(scene, subject.extent, sampler, ray, weight, ~sized)
+    dr.eval(weight, left, sharp)  # once, or each array below would run the loop again
+    return Leaving(_sums(weight, each), _sums(left, each), _sums(dr.select(sharp, left, 0), each))
+
+
+@dr.syntax
+def _walk(
+    scene: mi.Scene,
+    extent: float,
+    sampler: mi.Sampler,
+    ray: mi.Ray3f,
+    weight: mi.Color3f,
+    sharp: mi.Bool,
+) -> tuple[mi.Color3f, mi.Bool]:
+    """Follows light until it leaves.
+
+    Returns:
+        What is left of each path's weight when it does, and whether nothing ever scattered it.
+    """
+    left, events = mi.Color3f(0), mi.UInt32(0)
+    active = dr.max(weight) > 0
+    while active:
+        si = scene.ray_intersect(ray, mi.RayFlags.All, coherent=False, active=active)
+        left = dr.select(active & ~si.is_valid(), weight, left)
+        active &= si.is_valid()
         sample, value = si.bsdf(ray).sample(
-            context, si, sampler.next_1d(active), sampler.next_2d(active), active
-        )
-        weight = dr.select(active, weight * dr.select(dr.isfinite(value), value, 0), weight)
-        delta = mi.has_flag(sample.sampled_type, mi.BSDFFlags.Delta) | mi.has_flag(
-            sample.sampled_type, mi.BSDFFlags.Null
-        )
-        sharp = sharp & (delta | ~active)
-        active = active & (dr.max(weight) > 0)
-        ray = dr.select(active, si.spawn_ray(si.to_world(sample.wo)), ray)
-        dr.eval(ray, weight, sharp, active)
-        if not bool(dr.any(active)):
-            break
-    return Leaving(emitted, left, needles)
+            mi.BSDFContext(mi.TransportMode.Importance), si, sampler.next_1d(active),
+            sampler.next_2d(active), active,
+        )  # fmt: skip
+        weight = dr.select(active, weight * value, weight)
+        straight = mi.has_flag(sample.sampled_type, mi.BSDFFlags.Delta)
+        straight |= mi.has_flag(sample.sampled_type, mi.BSDFFlags.Null)
+        sharp &= straight | ~active
+        direction = si.to_world(sample.wo)
+        active &= dr.all(dr.isfinite(weight)) & (dr.max(weight) > 0)
+        ray = dr.select(active, lifted(si.p, si.n, direction, extent), ray)
+        events += 1
+        active &= events < BOUNCES
+    return left, sharp
 
 
 def _emit(
@@ -78,7 +93,7 @@ def _emit(
     si = mi.SurfaceInteraction3f(point, mi.Color0f())
     si.wi = mi.warp.square_to_cosine_hemisphere(turn)
     direction = si.to_world(si.wi)
-    ray = mi.Ray3f(si.p + si.n * (LIFT * subject.extent), direction)
+    ray = lifted(si.p, si.n, direction, subject.extent)
     weight = emitter.eval(si, sized) * (dr.pi * dr.rcp(point.pdf))
     if not bool(dr.all(sized)):
         other, value = emitter.sample_ray(mi.Float(0), sampler.next_1d(), place, turn, ~sized)

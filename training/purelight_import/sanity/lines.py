@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import drjit as dr
 import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
-from purelight_import.sanity.subject import Subject
+from purelight_import.sanity.subject import Subject, lifted
 
 LINES, CROSSINGS = 1 << 14, 96
 
@@ -33,11 +34,12 @@ def crossings(subject: Subject, seed: int = 0) -> Crossings:
     """Crossings of even lines through the sphere around a scene."""
     origin, direction = _lines(subject, np.random.default_rng(seed))
     ray = mi.Ray3f(mi.Point3f(origin.T), mi.Vector3f(direction.T))
-    active = mi.Bool(np.ones(LINES, bool))
-    found = []
+    active, found = mi.Bool(np.ones(LINES, bool)), []
     for _ in range(CROSSINGS):
-        si = subject.scene.ray_intersect(ray, +mi.RayFlags.Minimal, True, active)
+        si = subject.scene.ray_intersect(ray, +mi.RayFlags.Minimal, coherent=False, active=active)
         active = active & si.is_valid()
+        ray = lifted(si.p, si.n, ray.d, subject.extent)
+        dr.eval(si, ray, active)
         met = np.flatnonzero(np.array(active))
         if not len(met):
             break
@@ -45,7 +47,6 @@ def crossings(subject: Subject, seed: int = 0) -> Crossings:
         facing = np.einsum("nd,nd->n", np.array(si.n).T[met], direction[met])
         far = np.einsum("nd,nd->n", place - origin[met], direction[met].astype(np.float64))
         found.append((met, subject.numbers(si.shape)[met], facing < 0, far))
-        ray = si.spawn_ray(ray.d)
     if not found:
         return Crossings(*(np.zeros(0, t) for t in (np.int64, np.int64, bool, np.float64)))
     line, shape, enters, distance = (np.concatenate(column) for column in zip(*found, strict=True))

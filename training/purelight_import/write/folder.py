@@ -8,7 +8,7 @@ import os
 import secrets
 import shutil
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -66,6 +66,7 @@ def replaced(folder: Path, record: dict[str, Any]) -> Iterator[Path]:
         PureLightError: it cannot be written.
     """
     draft = folder.parent / f".{folder.name[:64]}.{secrets.token_hex(8)}.tmp"
+    missing = [parent for parent in folder.parents if not parent.exists()]
     try:
         draft.mkdir(parents=True)
         yield draft
@@ -78,6 +79,9 @@ def replaced(folder: Path, record: dict[str, Any]) -> Iterator[Path]:
         ) from error
     finally:
         shutil.rmtree(draft, ignore_errors=True)
+        for parent in missing:  # Those that hold the folder now are not empty, and stay.
+            with suppress(OSError):
+                parent.rmdir()
 
 
 def _swap(draft: Path, folder: Path) -> None:

@@ -11,7 +11,7 @@ from purelight_format.camera import Camera
 from purelight_format.measures import BoundingSphere
 from purelight_format.srgb import exposure, png
 
-SIZE, DAYLIGHT, LIT = 384, 24, 96
+SIZE, DAYLIGHT, LIT = 384, 16, 64
 DEPTH = 16
 CLIP = 40.0  # times the exposure's white, above which a sample counts as noise
 
@@ -62,7 +62,7 @@ def _unlit(mi: Any, path: Path, camera: Camera) -> np.ndarray:
 
 def _render(mi: Any, scene: Any, camera: Camera, samples: int) -> np.ndarray:
     """A linear picture [H, W, 3]."""
-    right, up, _ = camera.axes
+    up = camera.axes[1]
     view = mi.ScalarTransform4f().look_at(
         origin=camera.origin.tolist(), target=camera.target.tolist(), up=up.tolist()
     )
@@ -74,8 +74,9 @@ def _render(mi: Any, scene: Any, camera: Camera, samples: int) -> np.ndarray:
                  "pixel_format": "rgb", "component_format": "float32"},
         "sampler": {"type": "independent"},
     })  # fmt: skip
-    del right
-    integrator = mi.load_dict({"type": "volpath", "max_depth": DEPTH, "rr_depth": DEPTH})
+    media = any(s.interior_medium() or s.exterior_medium() for s in scene.shapes())
+    kind = "volpath" if media else "path"
+    integrator = mi.load_dict({"type": kind, "max_depth": DEPTH, "rr_depth": DEPTH})
     image = np.array(mi.render(scene, sensor=sensor, integrator=integrator, spp=samples, seed=0))
     return np.nan_to_num(image[..., :3], posinf=0, neginf=0)
 

@@ -28,7 +28,8 @@ def _row(part: Part) -> dict[str, Any]:
     row: dict[str, Any] = {
         "name": part.name, "path": list(part.path), "material": part.material.name,
         "is": _kind(part), "triangles": len(part.mesh.triangles),
-        "size": np.round(high - low, 6).tolist(), "center": np.round(0.5 * (low + high), 6).tolist(),
+        "size": np.round(high - low, 6).tolist(),
+        "center": np.round(0.5 * (low + high), 6).tolist(),
     }  # fmt: skip
     if part.radiance is not None:
         row["lumens"] = float(f"{lumens(flux(part, part.radiance)):.6g}")
@@ -58,7 +59,8 @@ def _cells(row: dict[str, Any]) -> tuple[str, ...]:
     size = " x ".join(f"{MILLIMETRES * s:.4g}" for s in row["size"])
     light = f"{row['lumens']:.4g} lm" if "lumens" in row else ""
     return (
-        _short(row["name"]), _short(row["material"]), row["is"], f"{row['triangles']:,}", size, light
+        _short(row["name"]), _short(row["material"]), row["is"], f"{row['triangles']:,}", size,
+        light,
     )  # fmt: skip
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import xml.etree.ElementTree as ET
 from collections.abc import Iterable
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,6 +37,6 @@ def matrix(parent: ET.Element, name: str, value: NDArray[np.float64]) -> None:
     ET.SubElement(transform, "matrix", value=" ".join(f"{v:.9g}" for v in value.ravel()))
 
 
-def comment(words: str) -> ET.Element:
+def comment(words: str) -> Any:
     """A comment, in which two hyphens must not follow each other."""
     return ET.Comment(f" {re.sub('-{2,}', '-', words).strip('-')} ")

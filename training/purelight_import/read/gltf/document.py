@@ -130,7 +130,8 @@ def _chunks(data: bytes) -> tuple[bytes, bytes | None]:
         raise ValueError(f"it is GLB of version {version}, not 2")
     if length > len(data):
         raise ValueError("the file ends early")
-    chunks, at = {}, 12
+    chunks: dict[int, bytes] = {}
+    at = 12
     while at + 8 <= length:
         size, kind = struct.unpack_from("<II", data, at)
         if at + 8 + size > len(data):

@@ -39,7 +39,9 @@ def placed_nodes(document: Document) -> Iterator[Placed]:
     Raises:
         ValueError: the nodes are no trees, or too deep.
     """
-    stack = [(root, np.eye(4), ()) for root in reversed(_roots(document))]
+    stack: list[tuple[Any, Floats, tuple[str, ...]]] = [
+        (root, np.eye(4), ()) for root in reversed(_roots(document))
+    ]
     seen: set[int] = set()
     while stack:
         index, parent, above = stack.pop()

@@ -89,8 +89,8 @@ def _skinned(
     if len(index) and (index.max() >= len(joints) or len(weight) != len(index)):
         raise ValueError("a skin names joints that are not there")
     weight /= np.maximum(weight.sum(1, keepdims=True), 1e-9)
-    matrix = sum(weight[:, k, None, None] * joints[index[:, k]] for k in range(4))
-    moved: Any = np.einsum("vij,vj->vi", matrix[:, :3, :3], positions) + matrix[:, :3, 3]
+    matrix = np.einsum("vk,vkij->vij", weight, joints[index])
+    moved = np.einsum("vij,vj->vi", matrix[:, :3, :3], positions) + matrix[:, :3, 3]
     if normals is not None:
         normals = np.einsum("vij,vj->vi", matrix[:, :3, :3], normals)
     return moved, normals

@@ -64,7 +64,7 @@ def _add_mesh(
     """Adds the primitives of a node's mesh, as often as it is instanced."""
     about = document.item("meshes", placed.node["mesh"])
     mesh_name = str(about.get("name", ""))
-    weights = list(placed.node.get("weights", about.get("weights", [])))
+    weights = list(placed.node.get("weights") or about.get("weights") or [])
     skinned = "skin" in placed.node
     joints = joint_matrices(document, placed.node["skin"], to_world) if skinned else None
     places = [np.eye(4)] if skinned else instances(document, placed)
