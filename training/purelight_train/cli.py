@@ -9,6 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from purelight_format import atomic, command
+from purelight_import import options
 from purelight_train import threads
 from purelight_train.presets import ANCHORS, PRESETS
 
@@ -17,7 +18,8 @@ COMMAND = "purelight-train"
 
 def _parser() -> command.Parser:
     parser = command.Parser(prog=COMMAND, description=__doc__)
-    parser.add_argument("luminaire", type=Path, help="Mitsuba 3 scene that holds only a lamp")
+    parser.add_argument("luminaire", type=Path, help="Mitsuba 3 scene that holds only a "
+                        "lamp, or any file that purelight-import reads")  # fmt: skip
     parser.add_argument("--output", type=Path, required=True, metavar="RUN", help="run directory")
     parser.add_argument("--preset", choices=sorted(PRESETS), default="draft")
     parser.add_argument("--route", choices=("photons", "teacher"), default="photons",
@@ -38,6 +40,7 @@ def _parser() -> command.Parser:
     parser.add_argument("--resume", action="store_true", help="continue an interrupted run")
     parser.add_argument("--device", choices=("auto", "cpu", "cuda"), default="auto")
     parser.add_argument("--threads", type=int, default=os.cpu_count(), help="CPU threads")
+    options.add(parser)
     return parser
 
 
@@ -59,15 +62,23 @@ def _train(arguments: argparse.Namespace) -> int:
     platform.use("llvm_ad_rgb" if device == "cpu" else "cuda_ad_rgb")
     threads.use_for_tracing(arguments.threads)
 
+    with command.told(COMMAND):
+        return _run(arguments, device)
+
+
+def _run(arguments: argparse.Namespace, device: str) -> int:
+    """Train the lamp; Mitsuba's variant is set."""
+    from purelight_train.foreign import scene_of
     from purelight_train.runs.pipeline import start
 
     preset = replace(PRESETS[arguments.preset], mixed_precision=arguments.mixed_precision)
     anchor = arguments.anchor or ("auto" if arguments.route == "photons" else "none")
-    training = start(
-        arguments.luminaire, arguments.output, preset, arguments.seed, device,
-        resume=arguments.resume, route=arguments.route, anchor=anchor,
-        early_stop=arguments.early_stop,
-    )  # fmt: skip
+    with scene_of(arguments.luminaire, arguments.output, options.Options.of(arguments)) as lamp:
+        training = start(
+            lamp.scene, arguments.output, preset, arguments.seed, device,
+            resume=arguments.resume, route=arguments.route, anchor=anchor,
+            early_stop=arguments.early_stop, look=lamp.look,
+        )  # fmt: skip
     metrics = training()
     if arguments.report:
         from purelight_train.report.training import write_report

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[3]
-PACKAGES = ["format", "conformance", "train", "export", "onnx", "mitsuba", "examples"]
+PACKAGES = ["format", "conformance", "train", "import", "export", "onnx", "mitsuba", "examples"]
 
 
 @pytest.fixture(scope="module")

@@ -79,7 +79,9 @@ def _load_scene(path: Path) -> mi.Scene:
     if not path.is_file():
         raise PureLightError(f"{path}: no such file; give a Mitsuba 3 scene (.xml) of a lamp")
     try:
-        scene = mi.load_file(str(path.resolve()))
+        # Mitsuba would join meshes of one material, forget their names, and fail where some are
+        # flipped
+        scene = mi.load_file(str(path.resolve()), optimize=False)
     except Exception as error:
         reason = " ".join(str(error).split())
         raise PureLightError(f"{path}: not a Mitsuba 3 scene: {reason[-300:]}") from None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 
 from purelight_format.errors import PureLightError
 from purelight_train.learning.teacher import Teacher
-from purelight_train.light.luminaire import scene_digest
+from purelight_train.light.luminaire import Luminaire, scene_digest
 from purelight_train.networks.student import Student
 from purelight_train.presets import Preset
 from purelight_train.runs.anchor_choice import choose_anchor
@@ -88,6 +89,7 @@ def start(
     route: str = "teacher",
     anchor: str = "none",
     early_stop: bool = False,
+    look: Callable[[Luminaire], None] = lambda _: None,
 ) -> Training:
     """Prepare a run directory for a luminaire, or continue one.
 
@@ -97,6 +99,7 @@ def start(
         anchor: which anchors of a ray the student encodes, one of `presets.ANCHORS`, or `auto` to
             try them out on the lamp (`anchor_choice`).
         early_stop: end optimisations whose error on held-out light has stopped falling.
+        look: called with the lamp of a new run before its light is traced.
 
     Raises:
         PureLightError: the directory holds another run, or a run and `resume` is not set.
@@ -116,6 +119,7 @@ def start(
     if (output / "config.json").is_file():
         return _continue(scene, stages, config, preset, resume=resume)
     lamp = TracedLamp(scene, preset.for_route(route).paths, stages)
+    look(lamp.luminaire)
     lamp.description  # noqa: B018 - a faulty or dark lamp must leave nothing behind
     if anchor == "auto":
         anchor, tried = choose_anchor(lamp, preset)

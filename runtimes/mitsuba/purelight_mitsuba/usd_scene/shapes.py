@@ -43,7 +43,7 @@ def mesh(prim: Any, values: Values, materials: Materials, note: Note) -> Iterato
     """A `UsdGeom.Mesh`, one Mitsuba mesh per material."""
     if values.get(prim, "subdivisionScheme", "catmullClark") != "none":
         note(prim, "subdivision surface rendered as its control mesh")
-    corners = _corners(prim, values)
+    corners = mesh_corners(prim, values)
     if corners is None:
         note(prim, "the mesh has no valid faces and was left out")
         return
@@ -59,13 +59,17 @@ def mesh(prim: Any, values: Values, materials: Materials, note: Note) -> Iterato
 
 def solid(prim: Any, values: Values, materials: Materials, note: Note) -> Iterator[mi.Mesh]:
     """A sphere, cube, cylinder, cone, capsule or plane, as a fine mesh."""
+    yield _mesh(prim, solid_corners(prim, values), materials, prim)
+
+
+def solid_corners(prim: Any, values: Values) -> Corners:
+    """Triangles of a sphere, cube, cylinder, cone, capsule or plane, in the world."""
     shape = _solid(prim, values)
     at = values.to_world(prim)
     position = _points(at, shape.vertices)[shape.faces]
     smooth = str(prim.GetTypeName()) in ("Sphere", "Capsule")
     normal = _directions(at, shape.vertex_normals)[shape.faces] if smooth else None
-    corners = Corners(position, np.arange(len(shape.faces)), normal)
-    yield _mesh(prim, _outward(corners, at), materials, prim)
+    return _outward(Corners(position, np.arange(len(shape.faces)), normal), at)
 
 
 def _solid(prim: Any, values: Values) -> trimesh.Trimesh:
@@ -96,7 +100,7 @@ def _solid(prim: Any, values: Values) -> trimesh.Trimesh:
     return shape
 
 
-def _corners(prim: Any, values: Values) -> Corners | None:
+def mesh_corners(prim: Any, values: Values) -> Corners | None:
     """A mesh's polygons cut into fans of triangles; None where its indices are not valid."""
     counts = np.asarray(values.get(prim, "faceVertexCounts", []), np.int64)
     indices = np.asarray(values.get(prim, "faceVertexIndices", []), np.int64)

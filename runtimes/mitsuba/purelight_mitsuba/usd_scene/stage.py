@@ -69,7 +69,7 @@ def load_usd(path: Path, *, view: str | None = None, frame: float | None = None)
     Raises:
         PureLightError: If the stage cannot be opened or has no such camera, or a lamp is faulty.
     """
-    stage = _open(path)
+    stage = open_stage(path)
     from pxr import Usd
 
     time = Usd.TimeCode.EarliestTime() if frame is None else Usd.TimeCode(frame)
@@ -79,13 +79,18 @@ def load_usd(path: Path, *, view: str | None = None, frame: float | None = None)
         reader.add("lamp", _luminaire(lamp, path))
     hidden = {name for lamp in lamps for name in (*lamp.fallback, *lamp.exit_surface)}
     materials = Materials(reader.values, reader.note)
-    for prim in _shown(stage, reader.values, hidden):
+    for prim in shown(stage, reader.values, hidden):
         _add(prim, reader, materials)
     reader.parts["sensor"] = camera.sensor(stage, reader.values, view, path, reader.note)
     return UsdScene(_load(reader.parts, path), reader.notes)
 
 
-def _open(path: Path) -> Any:
+def open_stage(path: Path) -> Any:
+    """Opens a stage.
+
+    Raises:
+        PureLightError: If OpenUSD is missing or cannot read it.
+    """
     try:
         from pxr import Tf, Usd
     except ImportError as error:
@@ -97,7 +102,7 @@ def _open(path: Path) -> Any:
         raise PureLightError(f"{path}: OpenUSD cannot read it: {reason[:200]}") from error
 
 
-def _shown(stage: Any, values: Values, hidden: set[str]) -> Iterator[Any]:
+def shown(stage: Any, values: Values, hidden: set[str]) -> Iterator[Any]:
     """The prims that are seen, inside instances as well."""
     from pxr import Usd, UsdGeom
 

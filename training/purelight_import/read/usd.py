@@ -1,0 +1,141 @@
+"""OpenUSD, in any of its files."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from purelight_format.errors import PureLightError
+from purelight_import.model import limits
+from purelight_import.model.frame import UP, Frame
+from purelight_import.model.lamp import Lamp
+from purelight_import.model.mesh import Mesh
+from purelight_import.read.build import Builder
+from purelight_import.read.usd_lights import KINDS, add_light
+from purelight_import.read.usd_materials import Materials, Surface
+from purelight_mitsuba.usd_scene import shapes, stage
+from purelight_mitsuba.usd_scene.values import Values
+
+
+def read_usd(path: Path) -> Lamp:
+    """Reads the meshes, solids, materials and lights of a stage.
+
+    Raises:
+        PureLightError: something about it cannot be taken, with the remedy.
+        ValueError: it is broken.
+    """
+    from pxr import Usd, UsdGeom
+
+    opened = stage.open_stage(path)
+    _only_beside(opened, path)
+    values, builder = Values(Usd.TimeCode.EarliestTime()), Builder()
+    materials = Materials(values, builder.notes, path)
+    for number, prim in enumerate(stage.shown(opened, values, set())):
+        if number > limits.NODES:
+            raise PureLightError(f"{path}: more than {limits.NODES:,} prims; export the lamp alone")
+        _add(prim, values, materials, builder)
+    axis = str(UsdGeom.GetStageUpAxis(opened)).lower()
+    stated = UsdGeom.StageHasAuthoredMetersPerUnit(opened)
+    if not stated:
+        builder.notes("the stage states no unit, which in USD means centimetres (--units)")
+    metres = float(UsdGeom.GetStageMetersPerUnit(opened))
+    frame = Frame(metres if metres > 0 else 0.01, axis if axis in UP else "y")
+    return Lamp(_title(opened), tuple(builder.parts), (), frame, builder.notes,
+                tuple(builder.room))  # fmt: skip
+
+
+def _only_beside(opened: Any, path: Path) -> None:
+    """Refuses a stage of which parts lie outside its folder.
+
+    Raises:
+        PureLightError: they do.
+    """
+    root = path.resolve().parent
+    for layer in opened.GetUsedLayers():
+        if layer.anonymous or not layer.realPath:
+            continue
+        file = Path(layer.realPath.split("[")[0]).resolve()
+        if not file.is_relative_to(root):
+            raise PureLightError(f"{path}: its layer {file.name} lies outside the lamp's folder")
+
+
+def _title(opened: Any) -> str:
+    prim = opened.GetDefaultPrim()
+    if not prim:
+        return ""
+    return str(prim.GetMetadata("displayName") or prim.GetName())
+
+
+def _add(prim: Any, values: Values, materials: Materials, builder: Builder) -> None:
+    """Adds what a prim shows, by its type."""
+    kind = str(prim.GetTypeName())
+    if kind == "Mesh":
+        _add_mesh(prim, values, materials, builder)
+    elif kind in shapes.SOLIDS:
+        corners = shapes.solid_corners(prim, values)
+        _add_part(prim, prim, corners, materials, builder)
+    elif kind in KINDS:
+        add_light(prim, values, builder)
+    elif kind in stage.NOT_RENDERED:
+        builder.notes(f"{kind} is left out", prim.GetName())
+
+
+def _add_mesh(prim: Any, values: Values, materials: Materials, builder: Builder) -> None:
+    """Adds a mesh, one part for each material."""
+    if values.get(prim, "subdivisionScheme", "catmullClark") != "none":
+        authored = prim.GetAttribute("subdivisionScheme").HasAuthoredValue()
+        if authored or values.primvar(prim, "normals") is None:
+            builder.notes("subdivision surfaces are taken as their control meshes", prim.GetName())
+    corners = shapes.mesh_corners(prim, values)
+    if corners is None:
+        builder.notes("meshes without valid faces are left out", prim.GetName())
+        return
+    rest = np.ones(len(corners.face), bool)
+    for subset, faces in materials.subsets(prim):
+        part = np.isin(corners.face, faces) & rest
+        if part.any():
+            _add_part(prim, subset, corners.take(part), materials, builder)
+        rest &= ~part
+    if rest.any():
+        _add_part(prim, prim, corners.take(rest), materials, builder)
+
+
+def _add_part(
+    prim: Any, bound: Any, corners: shapes.Corners, materials: Materials, builder: Builder
+) -> None:
+    surface: Surface = materials.surface(bound, prim)
+    two_sided = bool(materials.values.get(prim, "doubleSided", False))
+    path = tuple(_names(prim))
+    name = prim.GetName() if bound == prim else f"{prim.GetName()}_{bound.GetName()}"
+    if _general(name) and len(path) > 1:
+        name = path[-2]
+    builder.add(name, mesh_of(corners), surface.material, path, surface.radiance,
+                double_sided=two_sided)  # fmt: skip
+
+
+def _general(name: str) -> bool:
+    """Whether a name says nothing, as exporters call every mesh."""
+    return name.lower() in ("mesh", "geometry", "shape", "geom", "object")
+
+
+def _names(prim: Any) -> Iterator[str]:
+    return (part for part in str(prim.GetPath()).split("/") if part)
+
+
+def mesh_of(corners: shapes.Corners) -> Mesh:
+    """Triangles whose equal corners share a vertex."""
+    columns = [corners.position.reshape(-1, 3)]
+    if corners.normal is not None:
+        columns.append(corners.normal.reshape(-1, 3))
+    if corners.uv is not None:
+        columns.append(corners.uv.reshape(-1, 2))
+    rows, index = np.unique(np.concatenate(columns, 1), axis=0, return_inverse=True)
+    normals = rows[:, 3:6] if corners.normal is not None else None
+    uv = rows[:, -2:].copy() if corners.uv is not None else None
+    if uv is not None:
+        uv[:, 1] = 1 - uv[:, 1]  # The origin of USD's is the lower left corner.
+    faces = index.reshape(-1, 3).astype(np.uint32)
+    return Mesh(rows[:, :3].astype(np.float64), faces, normals, uv)

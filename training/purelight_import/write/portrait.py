@@ -1,0 +1,95 @@
+"""A picture of a lamp: in even light, and lit."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from purelight_format.camera import Camera
+from purelight_format.measures import BoundingSphere
+from purelight_format.srgb import exposure, png
+
+SIZE, DAYLIGHT, LIT = 384, 16, 64
+DEPTH = 16
+CLIP = 40.0  # times the exposure's white, above which a sample counts as noise
+
+
+def portrait(path: Path, lumens: float) -> bytes:
+    """A PNG of two pictures side by side: the lamp in even light, unlit, and lit in the dark.
+
+    Path tracing finds light through clear glass by chance only, so the second may be noisy.
+
+    Arguments:
+        path: a scene of the lamp alone.
+        lumens: what its emitters give; zero leaves the second picture out.
+    """
+    import mitsuba as mi
+
+    scene = mi.load_file(str(path), optimize=False)
+    box = scene.bbox()
+    centre = np.array(box.center(), np.float64).ravel()
+    radius = max(float(np.linalg.norm(np.array(box.extents()).ravel())) / 2, 1e-6)
+    place = (float(centre[0]), float(centre[1]), float(centre[2]))
+    camera = Camera.orbit(BoundingSphere(place, radius), azimuth=35, elevation=12)
+    views = [png(_unlit(mi, path, camera), 0.0)]
+    if lumens > 0:
+        lit = _render(mi, scene, camera, LIT)
+        stops = exposure(lit)
+        views.append(png(np.minimum(lit, CLIP * 2.0**-stops), stops))
+    return _beside(views)
+
+
+def _unlit(mi: Any, path: Path, camera: Camera) -> np.ndarray:
+    """In light from all around, brighter from above, with the emitters dark but grey."""
+    parts = mi.load_file(str(path), optimize=False)
+    parameters = mi.traverse(parts)
+    for key in parameters.keys():  # noqa: SIM118 - it is no dictionary
+        if key.endswith("radiance.value"):
+            parameters[key] = type(parameters[key])(0.3)
+        elif key.endswith("radiance.data"):
+            parameters[key] = parameters[key] * 0 + 0.3
+    parameters.update()
+    rows = np.linspace(1.3, 0.35, 32, dtype=np.float32)
+    sky = np.repeat(np.repeat(rows[:, None, None], 64, 1), 3, 2)
+    turn = mi.ScalarTransform4f().rotate([1, 0, 0], 90)
+    scene = {"type": "scene", "sky": {"type": "envmap", "bitmap": mi.Bitmap(sky), "to_world": turn}}
+    for index, shape in enumerate(parts.shapes()):
+        scene[f"shape_{index}"] = shape
+    return _render(mi, mi.load_dict(scene, optimize=False), camera, DAYLIGHT)
+
+
+def _render(mi: Any, scene: Any, camera: Camera, samples: int) -> np.ndarray:
+    """A linear picture [H, W, 3]."""
+    up = camera.axes[1]
+    view = mi.ScalarTransform4f().look_at(
+        origin=camera.origin.tolist(), target=camera.target.tolist(), up=up.tolist()
+    )
+    sensor = mi.load_dict({
+        "type": "perspective", "to_world": view,
+        "fov": float(np.degrees(2 * np.arctan(camera.half_width))),
+        "near_clip": 1e-3 * camera.distance, "far_clip": 10 * camera.distance,
+        "film": {"type": "hdrfilm", "width": SIZE, "height": SIZE, "rfilter": {"type": "box"},
+                 "pixel_format": "rgb", "component_format": "float32"},
+        "sampler": {"type": "independent"},
+    })  # fmt: skip
+    media = any(s.interior_medium() or s.exterior_medium() for s in scene.shapes())
+    kind = "volpath" if media else "path"
+    integrator = mi.load_dict({"type": kind, "max_depth": DEPTH, "rr_depth": DEPTH})
+    image = np.array(mi.render(scene, sensor=sensor, integrator=integrator, spp=samples, seed=0))
+    return np.nan_to_num(image[..., :3], posinf=0, neginf=0)
+
+
+def _beside(views: list[bytes]) -> bytes:
+    import io
+
+    from PIL import Image
+
+    images = [Image.open(io.BytesIO(view)) for view in views]
+    whole = Image.new("RGB", (SIZE * len(images), SIZE))
+    for index, image in enumerate(images):
+        whole.paste(image, (SIZE * index, 0))
+    buffer = io.BytesIO()
+    whole.save(buffer, "PNG")
+    return buffer.getvalue()
