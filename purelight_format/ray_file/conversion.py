@@ -41,7 +41,8 @@ def rays_of(file: RayFile, most: int = MOST, seed: int = 0) -> Rays:
         (rows[sound, :3].astype(np.float64) * file.metres).astype(np.float32),
         (rows[sound, 3:6] / length[sound, None]).astype(np.float32),
         (power[sound] * share).astype(np.float32),
-        (*notes, told),
+        told,
+        tuple(notes),
     )
 
 

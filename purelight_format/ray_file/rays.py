@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,13 +20,15 @@ class Rays:
         position: [N, 3] where each starts, in metres.
         direction: [N, 3] unit vectors.
         power: [N, 3] W per linear Rec.709 channel, none negative.
-        notes: what a user should know of how they were made.
+        colors: how their colours came about, in words.
+        notes: what a user should be warned of.
     """
 
     position: Float
     direction: Float
     power: Float
-    notes: tuple[str, ...] = field(default=())
+    colors: str = ""
+    notes: tuple[str, ...] = ()
 
     def __len__(self) -> int:
         return len(self.position)
