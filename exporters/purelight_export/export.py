@@ -14,7 +14,13 @@ import numpy as np
 from tqdm import tqdm
 
 from purelight_export.parts import CHOICES, Part, make_parts, require_agreement
-from purelight_export.photometry import Intensity, ies_file, intensity, unit_ies_file
+from purelight_export.photometry import (
+    Intensity,
+    eulumdat_file,
+    ies_file,
+    intensity,
+    unit_ies_file,
+)
 from purelight_format import atomic, bundle, color
 from purelight_format.camera import Camera
 from purelight_format.errors import PureLightError
@@ -30,6 +36,7 @@ from purelight_onnx.luminaire import Luminaire
 from purelight_onnx.viewer import render
 from purelight_train.runs.run_directory import RunDirectory
 
+IES, EULUMDAT = PHOTOMETRIC = ("ies", "ldt")
 PREVIEW_SIZE = 256
 IN_WATTS = ("flux_error", "student_flux", "student_flux_error")
 FIDELITY = (*IN_WATTS, "held_out_gain_nats")
@@ -45,6 +52,7 @@ def export(
     compact: bool = False,
     name: str | None = None,
     lumens: float | None = None,
+    photometry: Sequence[str] = (IES,),
 ) -> list[Path]:
     """Writes lamp.plux, and beside it lamp.ies, lamp.shape.ies and lamp.usda.
 
@@ -58,6 +66,7 @@ def export(
         compact: Whether grid tables are stored with 15 bits.
         name: What to call the lamp; like its scene by default.
         lumens: Luminous flux that all of its light is scaled to; as traced by default.
+        photometry: Which photometric files go beside the bundle, some of `PHOTOMETRIC`.
 
     Returns:
         The files written.
@@ -81,7 +90,7 @@ def export(
     manifest = lamp.manifest(infos, {"onnx_error": errors}, compact=compact)
     members[PREVIEW] = _preview(manifest, members)
     written = bundle.write(output, manifest, members)
-    return [output, *_beside(lamp, written)]
+    return [output, *_beside(lamp, written, photometry)]
 
 
 def _power(run: RunDirectory, wanted: float) -> float:
@@ -135,6 +144,10 @@ class Facts:
     def photometry(self) -> bytes:
         radius = self.run.description.sphere.radius
         return ies_file(self.intensity, name=self.name, issued=self.issued, radius=radius)
+
+    @property
+    def eulumdat(self) -> bytes:
+        return eulumdat_file(self.intensity, self.surface, name=self.name, issued=self.issued)
 
     def manifest(
         self, infos: dict[str, NetworkInfo], measured: dict[str, Any], *, compact: bool
@@ -203,15 +216,17 @@ def _preview(manifest: Manifest, members: Members) -> bytes:
         return png(render(luminaire, camera, samples=4))
 
 
-def _beside(lamp: Facts, written: bundle.Bundle) -> list[Path]:
-    """Writes the photometric file, the shape for USD lights, and the USD asset."""
-    files = [written.path.with_suffix(suffix) for suffix in (".ies", ".shape.ies", ".usda")]
-    photometry, shape, asset = files
+def _beside(lamp: Facts, written: bundle.Bundle, photometry: Sequence[str]) -> list[Path]:
+    """Writes the photometric files, the shape for USD lights, and the USD asset."""
+    texts = {IES: lambda: lamp.photometry, EULUMDAT: lambda: lamp.eulumdat}
+    files = [written.path.with_suffix(f".{kind}") for kind in photometry]
+    for file, kind in zip(files, photometry, strict=True):
+        atomic.write_bytes(file, texts[kind]())
+    shape, asset = (written.path.with_suffix(suffix) for suffix in (".shape.ies", ".usda"))
     paths = asset_layer.Paths(
         f"./{written.path.name}", f"./{asset.name}", written.digest, f"./{shape.name}"
     )
-    atomic.write_bytes(photometry, lamp.photometry)
     atomic.write_bytes(shape, unit_ies_file(lamp.intensity, name=lamp.name, issued=lamp.issued))
     text = asset_layer.layer_text(written.manifest, lamp.surface, paths)
     atomic.write_bytes(asset, text.encode())
-    return files
+    return [*files, shape, asset]

@@ -18,8 +18,8 @@ COMMAND = "purelight-train"
 
 def _parser() -> command.Parser:
     parser = command.Parser(prog=COMMAND, description=__doc__)
-    parser.add_argument("luminaire", type=Path, help="Mitsuba 3 scene that holds only a "
-                        "lamp, or any file that purelight-import reads")  # fmt: skip
+    parser.add_argument("luminaire", type=Path, help="Mitsuba 3 scene that holds only a lamp, "
+                        "a ray file, or any file that purelight-import reads")  # fmt: skip
     parser.add_argument("--output", type=Path, required=True, metavar="RUN", help="run directory")
     parser.add_argument("--preset", choices=sorted(PRESETS), default="draft")
     parser.add_argument("--route", choices=("photons", "teacher"), default="photons",
@@ -35,6 +35,8 @@ def _parser() -> command.Parser:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--early-stop", action="store_true",
                         help="end once the error on held-out light stops falling")  # fmt: skip
+    parser.add_argument("--exit-surface", default="auto", metavar="WHERE",
+                        help="of measured rays: start, tight, auto, or a mesh file")  # fmt: skip
     parser.add_argument("--report", action=argparse.BooleanOptionalAction, default=True,
                         help="write report.html into the run directory")  # fmt: skip
     parser.add_argument("--resume", action="store_true", help="continue an interrupted run")
@@ -77,7 +79,7 @@ def _run(arguments: argparse.Namespace, device: str) -> int:
         training = start(
             lamp.scene, arguments.output, preset, arguments.seed, device,
             resume=arguments.resume, route=arguments.route, anchor=anchor,
-            early_stop=arguments.early_stop, look=lamp.look,
+            early_stop=arguments.early_stop, exit_surface=arguments.exit_surface, look=lamp.look,
         )  # fmt: skip
     metrics = training()
     if arguments.report:

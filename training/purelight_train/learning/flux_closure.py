@@ -15,6 +15,19 @@ PASS = 1 << 18
 LIFT = 1e-4  # radii
 
 
+def escaping_light(
+    references: ReferenceRays, radiance: Radiance, rng: np.random.Generator, count: int
+) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
+    """Directions and powers in W per channel, [N, 3] each, that a field sends out of its lamp."""
+    surface = references.chart.surface
+    position, normal, outgoing, log_ratio = references.sample(count, rng)
+    pdf_projected = np.exp(log_ratio.astype(np.float64)) / math.pi
+    value = flux_estimate(radiance(position, normal, outgoing), 1 / surface.area, pdf_projected)
+    lifted = position + LIFT * surface.sphere.radius * normal
+    value[surface.intersect(lifted, outgoing).index] = 0
+    return outgoing, value / count
+
+
 def escaping_flux(
     references: ReferenceRays,
     radiance: Radiance,
@@ -37,14 +50,9 @@ def escaping_flux(
     Returns:
         flux and standard error in W per channel, each [3].
     """
-    surface = references.chart.surface
     first, second, count = np.zeros(3), np.zeros(3), 0
     while count < most:
-        position, normal, outgoing, log_ratio = references.sample(PASS, rng)
-        pdf_projected = np.exp(log_ratio.astype(np.float64)) / math.pi
-        value = flux_estimate(radiance(position, normal, outgoing), 1 / surface.area, pdf_projected)
-        lifted = position + LIFT * surface.sphere.radius * normal
-        value[surface.intersect(lifted, outgoing).index] = 0
+        value = PASS * escaping_light(references, radiance, rng, PASS)[1]
         first, second, count = first + value.sum(0), second + (value**2).sum(0), count + PASS
         mean = first / count
         error = np.sqrt(np.maximum(second / count - mean**2, 0) / count)

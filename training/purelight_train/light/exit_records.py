@@ -33,6 +33,7 @@ class ExitRecords:
         cut: paths ended early because they were too long.
         needles: sum of the weights that left, over the channels, of light of emitters without area
             which nothing but smooth surfaces met: rays, where a picture needs radiance.
+        counted: whether `paths` is itself a matter of chance, as the number of measured rays is.
     """
 
     position: Float
@@ -46,6 +47,7 @@ class ExitRecords:
     dropped: int = 0
     cut: int = 0
     needles: float = 0.0
+    counted: bool = False
 
     def __len__(self) -> int:
         return len(self.position)
@@ -62,10 +64,11 @@ class ExitRecords:
 
     @cached_property
     def flux_error(self) -> NDArray[np.float64]:
-        """Standard error of `flux`, [3] in W."""
+        """Standard error of `flux`, [3] in W; that of a count (Poisson) where `counted`."""
         square = np.square(self.weight, dtype=np.float64)
         second = square.sum(0, where=self.escaped[:, None]) / self.paths
-        return np.sqrt(np.maximum(second - self.flux**2, 0) / self.paths)
+        known = 0.0 if self.counted else self.flux**2
+        return np.sqrt(np.maximum(second - known, 0) / self.paths)
 
     @property
     def channels(self) -> tuple[bool, bool, bool]:
@@ -84,11 +87,11 @@ class ExitRecords:
             name: np.concatenate([getattr(p, name) for p in parts]) for name in _COLUMNS
         }
         counts: dict[str, Any] = {name: sum(getattr(p, name) for p in parts) for name in _COUNTS}
-        return ExitRecords(**columns, **counts)
+        return ExitRecords(**columns, **counts, counted=any(p.counted for p in parts))
 
 
 _COUNTS = ("paths", "dropped", "cut", "needles")
-_COLUMNS = tuple(f.name for f in fields(ExitRecords) if f.name not in _COUNTS)
+_COLUMNS = tuple(f.name for f in fields(ExitRecords) if f.name not in (*_COUNTS, "counted"))
 
 
 def settle(records: ExitRecords, surface: ExitSurface) -> tuple[ExitRecords, NDArray[np.int64]]:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import hashlib
 import warnings
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -15,8 +17,12 @@ import trimesh
 from numpy.typing import NDArray
 
 from purelight_format.errors import PureLightError
+from purelight_train.light.emission import Emission
+from purelight_train.light.exit_records import ExitRecords
 from purelight_train.light.exit_surface import ExitSurface, inward_rays, visible_part
 from purelight_train.light.interfaces import Interfaces
+from purelight_train.light.light_tracing import BATCH, trace_records
+from purelight_train.light.rays import scene_extent
 
 VISIBILITY_RAYS = 1 << 21
 LEAST_SEEN = 50  # rays, to judge a shape by
@@ -37,6 +43,22 @@ class Luminaire:
     exit_surface: ExitSurface
     digest: str
     index: float = 1.0
+    opaque: bool = False  # Whether nothing can be seen through it, whatever it is made of.
+
+    @cached_property
+    def emission(self) -> Emission:
+        """Its emitters."""
+        return Emission.of(self.scene, dr.opaque(mi.Float, scene_extent(self.scene)))
+
+    def trace(
+        self, paths: int, seed: int, progress: Callable[[int], None] = lambda _: None
+    ) -> ExitRecords:
+        """Light of at least so many paths, and of paths' crossings; see `trace_records`."""
+        return trace_records(self.scene, paths, seed, progress, self.exit_surface)
+
+    def held_out(self, seed: int) -> ExitRecords:
+        """Light that no network is trained on."""
+        return self.trace(BATCH, seed)
 
 
 def load_luminaire(path: str | Path, seed: int = 0) -> Luminaire:

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from purelight_train.light.luminaire import Luminaire
+from purelight_train.light.measured_luminaire import MeasuredLuminaire
+from purelight_train.light.radiance_field import Radiance
 from purelight_train.networks.fast_map import FastMap
 from purelight_train.networks.sampler import Sampler
 from purelight_train.report.caps import CapMaps
-from purelight_train.report.page import Curves, Row, Section, Table, Warnings, write_page
+from purelight_train.report.measured import MeasuredLight
+from purelight_train.report.page import Curves, Section, Table, Warnings, write_page
 from purelight_train.report.views import LampViews
 from purelight_train.runs.evaluation import as_function
 from purelight_train.runs.progress import Bar, duration
@@ -27,23 +32,34 @@ def write_report(training: Training) -> None:
     """Write report.html of a finished run, with pictures traced for it."""
     run, lamp = training.stages.run, training.lamp
     student = as_function(training.student, training.stages.device)
-    paths = min(training.preset.paths // 4, MOST_PATHS)
     networks = run.network("sampler", Sampler), run.network("fast_map", FastMap)
+    if isinstance(lamp.luminaire, MeasuredLuminaire):
+        facts, records = run.read_json("metrics.json")["measured"], lamp.luminaire.records
+        tables = MeasuredLight(facts, records, lamp.reference_rays, student).tables()
+        truth: list[Section] = [*tables]
+    else:
+        truth = _views(training, lamp.luminaire, student)
+    caps = CapMaps(lamp.description, lamp.surface, student, *networks).rows()
+    TrainingReport(run, [*truth, *caps]).write()
+
+
+def _views(training: Training, luminaire: Luminaire, student: Radiance) -> list[Section]:
+    """Pictures of the lamp, traced and learned."""
+    lamp, paths = training.lamp, min(training.preset.paths // 4, MOST_PATHS)
     with Bar("report", paths, "path", lambda _: None) as update:
-        views = LampViews(
-            lamp.description, lamp.luminaire.scene, lamp.surface, student,
+        rows = LampViews(
+            lamp.description, luminaire.scene, lamp.surface, student,
             training.route.teacher_radiance, paths, update,
         ).rows()  # fmt: skip
-    caps = CapMaps(lamp.description, lamp.surface, student, *networks).rows()
-    TrainingReport(run, [*views, *caps]).write()
+    return [*rows]
 
 
 @dataclass(frozen=True)
 class TrainingReport:
-    """A run's figures around rows of pictures."""
+    """A run's figures around rows of pictures, and tables beside them."""
 
     run: RunDirectory
-    pictures: list[Row]
+    pictures: Sequence[Section]
 
     def write(self) -> None:
         """Write report.html into the run directory."""
