@@ -10,6 +10,7 @@ from purelight_format.errors import PureLightError
 from purelight_format.photometry.table import IntensityTable
 
 HEADER = 13  # Numbers before the angles.
+FACTORS = [2, 10]  # Of them, on all intensities: candela multiplier and ballast factor.
 TYPE_C = 1
 
 
@@ -41,4 +42,5 @@ def _table(numbers: np.ndarray, rows: int, planes: int) -> IntensityTable:
     for angles in (vertical, horizontal):
         if not (len(angles) and (np.diff(angles) > 0).all()):
             raise ValueError
+    candela = candela * numbers[FACTORS].prod()
     return IntensityTable(vertical, horizontal, candela.reshape(planes, rows))

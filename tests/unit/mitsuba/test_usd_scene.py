@@ -250,8 +250,8 @@ def test_notes_name_what_is_left_out(tmp_path: Path) -> None:
     found = loaded(
         tmp_path,
         'def BasisCurves "Hair"\n{\n}\n',
-        MESH.format(orientation="rightHanded", scale=1).replace('"none"', '"catmullClark"'),
-        MATERIAL.format(inputs="normal3f inputs:normal.connect = </M/T.outputs:rgb>"),
+        MESH.format(orientation="rightHanded", scale=1).replace('"none"', '"loop"'),
+        MATERIAL.format(inputs="float inputs:occlusion.connect = </M/T.outputs:g>"),
     )
     assert [note.split(":")[0] for note in found.notes] == ["/Hair", "/Quad", "/M/S"]
 
