@@ -61,13 +61,11 @@ def _area_light(
     shaped = shaping(prim, values, note)
     if shape in FLAT and shaped.cone >= 90:
         shaped = replace(shaped, cone=180.0)
-    even = {"type": "area", "radiance": _rgb(radiance)}
-    return {
-        "type": shape,
-        "to_world": mi.ScalarTransform4f(np.ascontiguousarray(at)),
-        "emitter": even if shaped.even else ShapedArea(radiance, shaped),
-        "bsdf": {"type": "diffuse", "reflectance": 0.0},
-    }
+    place = {"type": shape, "to_world": mi.ScalarTransform4f(np.ascontiguousarray(at))}
+    emitter: Any = {"type": "area", "radiance": _rgb(radiance)}
+    if not shaped.even:
+        emitter = ShapedArea(radiance, shaped, mi.load_dict(place))
+    return place | {"emitter": emitter, "bsdf": {"type": "diffuse", "reflectance": 0.0}}
 
 
 def _sphere(prim: Any, values: Values, note: Note) -> dict[str, Any]:

@@ -47,10 +47,13 @@ class ShapedArea(mi.Emitter):
     Arguments:
         radiance: [3] before the shaping.
         shaping: The factors.
+        shape: Another one like that which carries the light. That one may be gone while Mitsuba
+            still calls the light, as it does with all that a process has seen.
     """
 
-    def __init__(self, radiance: Any, shaping: Shaping) -> None:
+    def __init__(self, radiance: Any, shaping: Shaping, shape: mi.Shape) -> None:
         super().__init__(mi.Properties())
+        self._shape = shape
         self.m_flags = mi.EmitterFlags.Surface
         self._radiance = mi.Color3f(*map(float, radiance))
         self._rows = [mi.Vector3f(*row) for row in shaping.to_local.tolist()]
@@ -106,27 +109,22 @@ class ShapedArea(mi.Emitter):
     def sample_direction(
         self, it: Any, sample: Any, active: Any = True
     ) -> tuple[mi.DirectionSample3f, mi.Color3f]:
-        ds = self.get_shape().sample_direction(it, sample, active)
+        ds = self._shape.sample_direction(it, sample, active)
         active = active & (dr.dot(ds.d, ds.n) < 0) & (ds.pdf != 0)
         ds.emitter = mi.EmitterPtr(self)
         return ds, dr.select(active, self._leaving(-ds.d, active) / ds.pdf, 0)
 
     def pdf_direction(self, it: Any, ds: Any, active: Any = True) -> mi.Float:
-        pdf = self.get_shape().pdf_direction(it, ds, active)
+        pdf = self._shape.pdf_direction(it, ds, active)
         return dr.select(dr.dot(ds.d, ds.n) < 0, pdf, 0)
 
     def eval_direction(self, it: Any, ds: Any, active: Any = True) -> mi.Color3f:
         return dr.select(dr.dot(ds.d, ds.n) < 0, self._leaving(-ds.d, active), 0)
 
-    # Light tracers call every emitter plugin that a process has seen, scene or not.
-
     def sample_ray(
         self, time: Any, sample1: Any, sample2: Any, sample3: Any, active: Any = True
     ) -> tuple[mi.Ray3f, mi.Color3f]:
-        shape = self.get_shape()
-        if shape is None:
-            return dr.zeros(mi.Ray3f), mi.Color3f(0)
-        ps = shape.sample_position(time, sample2, active)
+        ps = self._shape.sample_position(time, sample2, active)
         direction = mi.Frame3f(ps.n).to_world(mi.warp.square_to_cosine_hemisphere(sample3))
         weight = self._leaving(direction, active) * (dr.pi / ps.pdf)
         si = dr.zeros(mi.SurfaceInteraction3f)
@@ -136,21 +134,17 @@ class ShapedArea(mi.Emitter):
     def sample_position(
         self, time: Any, sample: Any, active: Any = True
     ) -> tuple[mi.PositionSample3f, mi.Float]:
-        shape = self.get_shape()
-        if shape is None:
-            return dr.zeros(mi.PositionSample3f), mi.Float(0)
-        ps = shape.sample_position(time, sample, active)
+        ps = self._shape.sample_position(time, sample, active)
         return ps, dr.select(ps.pdf > 0, 1 / ps.pdf, 0)
 
     def pdf_position(self, ps: Any, active: Any = True) -> mi.Float:
-        shape = self.get_shape()
-        return mi.Float(0) if shape is None else shape.pdf_position(ps, active)
+        return self._shape.pdf_position(ps, active)
 
     def sample_wavelengths(self, si: Any, sample: Any, active: Any = True) -> tuple[Any, Any]:
         return dr.zeros(mi.Color0f), self.eval(si, active)
 
     def bbox(self) -> mi.ScalarBoundingBox3f:
-        return self.get_shape().bbox()
+        return self._shape.bbox()
 
     def to_string(self) -> str:
         return "ShapedArea[]"
