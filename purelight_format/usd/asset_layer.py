@@ -11,7 +11,10 @@ import numpy as np
 
 from purelight_format.members.manifest import Manifest
 from purelight_format.members.surface import Surface
+from purelight_format.usd.luminaires import LuminairePrim, luminaires
 from purelight_format.usd_schema import SCHEMA
+
+__all__ = ["LuminairePrim", "Paths", "identifier", "layer_text", "luminaires"]
 
 
 @dataclass(frozen=True)
@@ -145,62 +148,3 @@ def _tuple(values: Any) -> str:
 
 def _tuples(rows: np.ndarray) -> str:
     return f"[{', '.join(_tuple(row) for row in rows)}]"
-
-
-# Reading, which needs OpenUSD
-
-
-@dataclass(frozen=True)
-class LuminairePrim:
-    """A luminaire on a USD stage.
-
-    Arguments:
-        path: of the prim.
-        bundle: resolved path of the bundle.
-        digest: SHA-256 of its manifest.json, empty if none is given.
-        to_world: [4, 4] matrix for column vectors, in stage units.
-        dimmer: factor on the emission.
-        fallback: paths of the lights that stand in for the luminaire elsewhere.
-        exit_surface: paths of the meshes that show its exit surface.
-    """
-
-    path: str
-    bundle: str
-    digest: str
-    to_world: np.ndarray
-    dimmer: float
-    fallback: tuple[str, ...]
-    exit_surface: tuple[str, ...]
-
-
-def luminaires(stage: Any) -> list[LuminairePrim]:
-    """Finds the luminaires of an open `Usd.Stage`, inside instances as well."""
-    from pxr import Usd
-
-    predicate = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
-    prims = Usd.PrimRange.Stage(stage, predicate)
-    # The applied schemas of the type info are there whether or not the schema is registered.
-    return [_read(p) for p in prims if SCHEMA in p.GetPrimTypeInfo().GetAppliedAPISchemas()]
-
-
-def _read(prim: Any) -> LuminairePrim:
-    from pxr import Usd, UsdGeom
-
-    def value(name: str, default: Any) -> Any:
-        found = prim.GetAttribute(f"purelight:{name}").Get()
-        return default if found is None else found
-
-    def targets(name: str) -> tuple[str, ...]:
-        return tuple(str(p) for p in prim.GetRelationship(f"purelight:{name}").GetTargets())
-
-    bundle = value("bundle", None)
-    matrix = UsdGeom.Xformable(prim).ComputeLocalToWorldTransform(Usd.TimeCode.Default())
-    return LuminairePrim(
-        path=str(prim.GetPath()),
-        bundle=(bundle.resolvedPath or bundle.path) if bundle else "",
-        digest=value("bundleDigest", ""),
-        to_world=np.array(matrix).T,
-        dimmer=float(value("dimmer", 1.0)),
-        fallback=targets("fallback"),
-        exit_surface=targets("exitSurface"),
-    )

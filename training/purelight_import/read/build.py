@@ -61,8 +61,16 @@ class Builder:
         Raises:
             PureLightError: there are too many.
         """
+        self.foresee(triangles)
         self.triangles += triangles
-        if self.triangles > limits.TRIANGLES:
+
+    def foresee(self, triangles: int) -> None:
+        """Makes sure that so many more can be taken.
+
+        Raises:
+            PureLightError: they would be too many.
+        """
+        if self.triangles + triangles > limits.TRIANGLES:
             raise PureLightError(
                 f"more than {limits.TRIANGLES:,} triangles; a lamp needs far fewer: decimate it"
             )
