@@ -30,11 +30,11 @@ class Leaving:
     needles: Floats
 
 
-def leaving(subject: Subject, seed: int = 0) -> Leaving:
-    """Traces light out of the emitters; media are taken as clear."""
+def leaving(subject: Subject, seed: int = 0, paths: int = PATHS) -> Leaving:
+    """Traces light out of the emitters, so many paths each at most; media are taken as clear."""
     scene = subject.scene
     count = len(scene.emitters())
-    each = max(64, min(PATHS, MOST // count))
+    each = max(64, min(paths, MOST // count))
     sampler = mi.load_dict({"type": "independent"})
     sampler.seed(seed, count * each)
     index = dr.arange(mi.UInt32, count * each) // each
