@@ -17,7 +17,8 @@ from purelight_import.model.mesh import Mesh
 from purelight_import.read.build import Builder
 from purelight_import.read.usd_lights import KINDS, add_light
 from purelight_import.read.usd_materials import Materials, Surface
-from purelight_mitsuba.usd_scene import shapes, stage
+from purelight_mitsuba import platform
+from purelight_mitsuba.usd_scene import shapes
 from purelight_mitsuba.usd_scene.corners import Corners
 from purelight_mitsuba.usd_scene.values import Values
 
@@ -30,6 +31,9 @@ def read_usd(path: Path) -> Lamp:
         ValueError: it is broken.
     """
     from pxr import Usd, UsdGeom
+
+    platform.use()  # Lights with a shaping are plugins, which belong to a variant
+    from purelight_mitsuba.usd_scene import stage
 
     opened = stage.open_stage(path)
     _only_beside(opened, path)
@@ -79,6 +83,8 @@ def _add(
     shown: Shown, values: Values, materials: Materials, builder: Builder, note: shapes.Note
 ) -> None:
     """Adds what a prim shows, by its type, at all places where it is."""
+    from purelight_mitsuba.usd_scene.stage import NOT_RENDERED
+
     prim, kind = shown.prim, str(shown.prim.GetTypeName())
     if kind in shapes.KINDS:
         own, copies = values.within(shown.space), len(shown.places)
@@ -89,7 +95,7 @@ def _add(
     elif kind in KINDS:
         for place in shown.places:
             add_light(prim, values.within(shown.space, place), builder)
-    elif kind in stage.NOT_RENDERED:
+    elif kind in NOT_RENDERED:
         builder.notes(f"{kind} is left out", prim.GetName())
 
 

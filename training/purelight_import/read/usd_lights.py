@@ -9,12 +9,14 @@ import numpy as np
 from purelight_import.model.material import Material
 from purelight_import.read.build import Builder
 from purelight_import.read.solids import SOLIDS
-from purelight_mitsuba.usd_scene import lights
-from purelight_mitsuba.usd_scene.shaped_area import ShapedArea
 from purelight_mitsuba.usd_scene.values import Values
 
-KINDS = lights.KINDS
 ROOM = ("DistantLight", "DomeLight", "DomeLight_1")
+
+
+KINDS = (
+    "SphereLight", "DiskLight", "RectLight", "CylinderLight", *ROOM,
+)  # fmt: skip
 
 
 def add_light(prim: Any, values: Values, builder: Builder) -> None:
@@ -23,13 +25,16 @@ def add_light(prim: Any, values: Values, builder: Builder) -> None:
         builder.room.append(prim.GetName())
         return
 
+    from purelight_mitsuba.usd_scene import lights
+    from purelight_mitsuba.usd_scene.shaped_area import ShapedArea
+
     def note(_: Any, text: str) -> None:
         builder.notes(text, prim.GetName())
 
     for light in lights.light(prim, values, note):
         emitter = light["emitter"]
         if isinstance(emitter, ShapedArea):
-            note(prim, "the shaping of lights is not taken: they shine evenly")
+            note(None, "the shaping of lights is not taken: they shine evenly")
             radiance = emitter.radiance
         else:
             radiance = emitter["radiance"]["value"]
