@@ -6,15 +6,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from purelight_shader.form.statements import Program
-from purelight_shader.form.store import Store
-from purelight_shader.lowering.network import lower
 
 from purelight_format import members
 from purelight_format.bundle import Bundle
 from purelight_format.measures import BoundingSphere
 from purelight_format.networks.kinds import KINDS, Input
-from purelight_format.networks.vectors import Vectors
+from purelight_format.networks.vectors import SIGNATURES, Vectors
+from purelight_shader.form.statements import Program
+from purelight_shader.form.store import Store
+from purelight_shader.lowering.network import lower
 
 FUNCTIONS = {"sampler": "sample"}  # Others are called by the one thing that they answer.
 ROOM = 4.0  # Radii about the centre in which points of the exit surface are expected.
@@ -50,7 +50,7 @@ def translate(bundle: Bundle, written: int) -> Translation:
     for network in filter(bundle.manifest.networks.__contains__, KINDS):
         model = bundle.read(members.network(network))
         bounds = limits(network, bundle.manifest.bounding_sphere, bundle.vectors(network))
-        programs[network] = lower(model, network, bounds, store)
+        programs[network] = lower(model, network, SIGNATURES[network], bounds, store)
     return Translation(bundle, programs, store)
 
 

@@ -40,14 +40,17 @@ class Constant:
     Arguments:
         kind: FLOAT, INT or LONG.
         data: flat.
-        place: where they begin in the buffer of their kind, in elements; None if they are to be
-            written into the code.
+        place: where they begin in their buffer, in elements; None if they are to be written into
+            the code.
+        buffer: FLOAT or INT. Integers that are exact as floats lie with these, so that most lamps
+            need one buffer only.
         order: among all constants of a lamp.
     """
 
     kind: Kind
     data: np.ndarray
     place: int | None
+    buffer: Kind
     order: int
 
 

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
+
 from purelight_shader.form.elements import Constant, Kind
 
 FOUR = 4
+EXACT = 1 << 24  # Integers up to this size are floats as well.
 DTYPES = {Kind.FLOAT: np.float32, Kind.INT: np.int32, Kind.LONG: np.int64}
 
 
@@ -34,8 +36,10 @@ class Store:
         if known is not None and not (buffered and known.place is None):
             return known
         inside = kind is Kind.LONG or (flat.size <= self.written and not buffered)
-        place = None if inside else self._reserve(flat, kind)
-        made = Constant(kind, flat, place, len(self._known))
+        exact = kind is Kind.FLOAT or bool((np.abs(flat.astype(np.int64)) <= EXACT).all())
+        buffer = Kind.FLOAT if exact else Kind.INT
+        place = None if inside else self._reserve(flat, buffer)
+        made = Constant(kind, flat, place, buffer, len(self._known))
         self._known[key] = made
         return made
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+
 from purelight_shader.form.elements import Call, Kind, Load, Place
 from purelight_shader.lowering import value
 from purelight_shader.lowering.elementwise import to_kind

@@ -10,6 +10,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+
 from purelight_shader.form.elements import Kind
 
 MOST = 1e39  # Beyond every float32.

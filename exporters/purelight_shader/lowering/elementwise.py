@@ -7,14 +7,14 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+
+from purelight_format.networks.operators import BOOL, FLOAT, INT32, TYPES
 from purelight_shader.form.elements import Call, Expression, Kind, Number
 from purelight_shader.lowering import bounds, value
 from purelight_shader.lowering.bounds import INT_MOST, LONG_MOST, Bounds
 from purelight_shader.lowering.given import Given, Rule
 from purelight_shader.lowering.value import Value
 from purelight_shader.lowering.writer import Writer
-
-from purelight_format.networks.operators import BOOL, FLOAT, INT32, TYPES
 
 WRAPPING = ("add", "sub", "mul")  # What may leave the range of int32 on purpose, as hashes do.
 LARGEST_FLOATS = {Kind.INT: 2147483520.0, Kind.LONG: 9223371487098961920.0}

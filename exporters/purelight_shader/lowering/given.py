@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from purelight_shader.lowering.value import Value
-from purelight_shader.lowering.writer import Writer
 
 from purelight_format.networks.operators import Tensor
+from purelight_shader.lowering.value import Value
+from purelight_shader.lowering.writer import Writer
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from math import prod
 
 import numpy as np
+
 from purelight_shader.form.elements import Kind, Load, Place
 from purelight_shader.form.statements import Rows
 from purelight_shader.form.store import FOUR

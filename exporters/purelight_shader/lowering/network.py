@@ -7,6 +7,11 @@ from math import prod
 from typing import Any
 
 import numpy as np
+
+from purelight_format.errors import PureLightError
+from purelight_format.networks.operators import FLOAT, Tensor
+from purelight_format.networks.profile import foretell
+from purelight_format.networks.vectors import Signature
 from purelight_shader.form.elements import Array, Kind
 from purelight_shader.form.statements import Port, Program
 from purelight_shader.form.store import Store
@@ -15,11 +20,6 @@ from purelight_shader.lowering.bounds import Bounds
 from purelight_shader.lowering.given import Given, Rule
 from purelight_shader.lowering.value import Value
 from purelight_shader.lowering.writer import Writer, load_all
-
-from purelight_format.errors import PureLightError
-from purelight_format.networks.operators import FLOAT, Tensor
-from purelight_format.networks.profile import foretell
-from purelight_format.networks.vectors import SIGNATURES
 
 RULES: dict[str, Rule] = {
     **elementwise.RULES,
@@ -31,12 +31,15 @@ RULES: dict[str, Rule] = {
 Limits = Mapping[str, tuple[np.ndarray, np.ndarray]]
 
 
-def lower(model: bytes, network: str, limits: Limits, store: Store) -> Program:
+def lower(
+    model: bytes, network: str, signature: Signature, limits: Limits, store: Store
+) -> Program:
     """Translates a network.
 
     Arguments:
         model: ONNX bytes that `profile.inspect` has accepted.
-        network: its kind.
+        network: its kind, for messages.
+        signature: its inputs and outputs.
         limits: least and largest that each input may be, shaped as one sample.
         store: takes the constants.
 
@@ -46,7 +49,6 @@ def lower(model: bytes, network: str, limits: Limits, store: Store) -> Program:
     import onnx
 
     graph = onnx.load_from_string(model).graph
-    signature = SIGNATURES[network]
     tensors, _ = foretell(graph, signature.inputs)
     writer = Writer(store, reads.count(graph, tensors))
     inputs = tuple(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+
 from purelight_shader.form.elements import Kind
 from purelight_shader.form.statements import Product
 from purelight_shader.form.store import FOUR

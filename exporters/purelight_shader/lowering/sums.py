@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from math import prod
 
 import numpy as np
+
 from purelight_shader.form.elements import Kind, Load, Place
 from purelight_shader.form.statements import Fold, Scan
 from purelight_shader.lowering import bounds, value

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from itertools import accumulate
 
 import numpy as np
+
 from purelight_shader.form import places
 from purelight_shader.form.elements import Expression, Kind, is_cheap, size
 from purelight_shader.form.places import Move

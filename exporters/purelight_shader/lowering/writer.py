@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from math import prod
 
 import numpy as np
+
 from purelight_shader.form import places
 from purelight_shader.form.elements import (
     Array,

@@ -6,13 +6,14 @@ from collections.abc import Mapping
 from math import prod
 
 import numpy as np
+
 from purelight_shader.form.elements import Constant, Kind
 from purelight_shader.form.statements import Port, Product, Program, Rows
 from purelight_shader.form.store import FOUR
 from purelight_shader.printing.printer import Printer
 
 TYPES = {Kind.FLOAT: "float", Kind.INT: "int", Kind.LONG: "int64_t", Kind.BOOL: "bool"}
-VECTORS = {(): "float", (2,): "float2", (3,): "float3", (4,): "float4"}
+VECTORS = {(): "float", (1,): "float", (2,): "float2", (3,): "float3", (4,): "float4"}
 COMPONENTS = "xyzw"
 
 CALLS = {
@@ -134,8 +135,9 @@ class SlangPrinter(Printer):
         if constant.place is None:
             self.written[constant.order] = constant
             return f"{self.prefix}_c{constant.order}[{index}]"
-        reader = "number" if constant.kind is Kind.FLOAT else "integer"
-        return f"{self.prefix}_{reader}({_plus(constant.place, index)})"
+        reader = "number" if constant.buffer is Kind.FLOAT else "integer"
+        text = f"{self.prefix}_{reader}({_plus(constant.place, index)})"
+        return text if constant.kind is constant.buffer else f"int({text})"
 
     def _four(self, constant: Constant, index: str) -> str:
         """Four neighbours of a buffer, counted in fours."""
@@ -213,7 +215,7 @@ def declarations(constants: Mapping[int, Constant], prefix: str) -> str:
 
 
 def _components(port: Port) -> list[str]:
-    if port.shape == ():
+    if port.array.size == 1:
         return [port.name]
     return [f"{port.name}.{component}" for component in COMPONENTS[: port.array.size]]
 
@@ -221,7 +223,7 @@ def _components(port: Port) -> list[str]:
 def _gathered(port: Port) -> str:
     """The vector that an array of results makes."""
     values = [f"{port.array.name}[{k}]" for k in range(port.array.size)]
-    return values[0] if port.shape == () else f"{VECTORS[port.shape]}({', '.join(values)})"
+    return values[0] if len(values) == 1 else f"{VECTORS[port.shape]}({', '.join(values)})"
 
 
 def _plus(offset: int, index: str) -> str:
