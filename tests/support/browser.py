@@ -61,16 +61,12 @@ class Browser:
 
     def __init__(self, folder: str) -> None:
         down, up = os.pipe(), os.pipe()
+        connect = f'exec "$@" 3<&{down[0]} 4>&{up[1]}'  # Chromium reads descriptor 3, writes 4.
         words = [program(), *FLAGS, f"--user-data-dir={folder}", "about:blank"]
-
-        def connect() -> None:  # Chromium reads descriptor 3 and writes 4.
-            ends = os.dup(down[0]), os.dup(up[1])
-            os.dup2(ends[0], 3)
-            os.dup2(ends[1], 4)
-
         self.process = subprocess.Popen(
-            words, preexec_fn=connect, close_fds=False, stderr=subprocess.DEVNULL
-        )
+            ["/bin/sh", "-c", connect, "sh", *words],
+            pass_fds=(down[0], up[1]), stderr=subprocess.DEVNULL,
+        )  # fmt: skip
         os.close(down[0])
         os.close(up[1])
         self._write, self._read = os.fdopen(down[1], "wb"), os.fdopen(up[0], "rb")

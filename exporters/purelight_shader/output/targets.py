@@ -90,20 +90,14 @@ def _cpp(made: Made) -> Files:
     return headers | {"selftest.cpp": program}
 
 
+PAGE = "test_page.md.in"
 TARGETS = {
     "slang": Target("Slang", _slang, "slang.md.in"),
     "glsl": Target("GLSL 4.50 (Vulkan)", _compiled("glsl"), "glsl.md.in"),
     "webgl": Target(
-        "GLSL ES 3.00 (WebGL 2)",
-        _webgl,
-        "webgl.md.in",
-        "test_page.md.in",
-        has_long=False,
-        textures=True,
+        "GLSL ES 3.00 (WebGL 2)", _webgl, "webgl.md.in", PAGE, has_long=False, textures=True
     ),
-    "wgsl": Target(
-        "WGSL (WebGPU)", _wgsl, "wgsl.md.in", "test_page.md.in", written=0, has_long=False
-    ),
+    "wgsl": Target("WGSL (WebGPU)", _wgsl, "wgsl.md.in", PAGE, written=0, has_long=False),
     "hlsl": Target("HLSL", _compiled("hlsl"), "hlsl.md.in"),
     "metal": Target("Metal", _compiled("metal"), "metal.md.in"),
     "cuda": Target("CUDA", _compiled("cuda"), "cuda.md.in"),

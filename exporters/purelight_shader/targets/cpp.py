@@ -7,8 +7,8 @@ from collections.abc import Iterator, Mapping
 from string import Template
 
 import numpy as np
-import purelight_cpp
 
+import purelight_cpp
 from purelight_format.bundle import Bundle
 from purelight_format.errors import PureLightError
 from purelight_shader.form.elements import Kind
@@ -31,6 +31,7 @@ METHODS = {
     "transparency": ("Vec3", "transmittance", "Vec3 position, Vec3 normal, Vec3 outgoing"),
     "sampler": ("Sample", "sample", "Vec3 point, Vec2 u"),
     "sampler_pdf": ("float", "pdf_solid_angle", "Vec3 point, Vec3 toward"),
+    "fast_map": ("", "radiance_map", "Vec3 point, float* result"),
 }
 
 
@@ -141,7 +142,7 @@ def _bindings(code: str, prefix: str) -> Iterator[str]:
 
 def _methods(module: Module) -> Iterator[str]:
     for network, (returned, method, parameters) in METHODS.items():
-        if network in module.functions:
+        if network in module.functions and returned:
             pairs = [parameter.split() for parameter in parameters.split(", ")]
             names = [name for _, name in pairs]
             yield METHOD.substitute(
