@@ -7,6 +7,7 @@ import json
 import os
 import shutil
 import subprocess
+import sys
 import tempfile
 import threading
 import time
@@ -18,6 +19,14 @@ from typing import Any
 
 import pytest
 
+# Chromium reads messages from descriptor 3 and writes to 4.
+CONNECT = """
+import fcntl, os, sys
+ends = [fcntl.fcntl(int(word), fcntl.F_DUPFD, 5) for word in sys.argv[1:3]]
+os.dup2(ends[0], 3)
+os.dup2(ends[1], 4)
+os.execv(sys.argv[3], sys.argv[3:])
+"""
 NAMES = ("chromium", "chromium-browser", "google-chrome", "chrome")
 FLAGS = (
     "--headless", "--no-sandbox", "--disable-gpu", "--use-gl=angle",
@@ -61,11 +70,11 @@ class Browser:
 
     def __init__(self, folder: str) -> None:
         down, up = os.pipe(), os.pipe()
-        connect = f'exec "$@" 3<&{down[0]} 4>&{up[1]}'  # Chromium reads descriptor 3, writes 4.
+        ends = down[0], up[1]
         words = [program(), *FLAGS, f"--user-data-dir={folder}", "about:blank"]
         self.process = subprocess.Popen(
-            ["/bin/sh", "-c", connect, "sh", *words],
-            pass_fds=(down[0], up[1]), stderr=subprocess.DEVNULL,
+            [sys.executable, "-c", CONNECT, *map(str, ends), *words],
+            pass_fds=ends, stderr=subprocess.DEVNULL,
         )  # fmt: skip
         os.close(down[0])
         os.close(up[1])

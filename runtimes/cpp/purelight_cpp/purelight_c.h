@@ -196,18 +196,20 @@ PURELIGHT_C void purelight_area_to_solid_angle(size_t rows, const float* point,
 }
 
 // Points of the exit surface, by three random numbers in each row.
-PURELIGHT_C void purelight_sample_surface(const void* lamp, size_t rows, const float* u,
-                                          float* position, float* normal, float* pdf_area)
+PURELIGHT_C const char* purelight_sample_surface(const void* lamp, size_t rows, const float* u,
+                                                 float* position, float* normal, float* pdf_area)
 {
     using namespace purelight::c;
-    for (size_t k = 0; k < rows; ++k)
-    {
-        const float* numbers = u + 3 * k;
-        const auto found = purelight::c::lamp(lamp).surface.sample(numbers[0], {numbers[1], numbers[2]});
-        vectors(position)[k] = found.position;
-        vectors(normal)[k] = found.normal;
-        pdf_area[k] = found.pdf_area;
-    }
+    return guarded([&] {
+        const purelight::Surface& surface = purelight::c::lamp(lamp).surface;
+        for (size_t k = 0; k < rows; ++k)
+        {
+            const auto found = surface.sample(u[3 * k], {u[3 * k + 1], u[3 * k + 2]});
+            vectors(position)[k] = found.position;
+            vectors(normal)[k] = found.normal;
+            pdf_area[k] = found.pdf_area;
+        }
+    });
 }
 
 // Instances: `to_world` are the four rows of a matrix that takes columns.
