@@ -256,3 +256,9 @@ class Parser {
     fail("PLX_JSON_SYNTAX", this.where, { error });
   }
 }
+
+/** Whether a value is a list of so many numbers. */
+export function isNumbers(value, count) {
+  const isNumber = (x) => toNumber(x) !== undefined;
+  return Array.isArray(value) && value.length === count && value.every(isNumber);
+}
