@@ -6,6 +6,7 @@ import { KINDS } from "../format/tables.js";
 import { compare } from "../format/vectors.js";
 import { dispose } from "./gpu.js";
 
+const AT_ONCE = 256; // Pixels.
 const SIZES = { 1: "float", 2: "vec2", 3: "vec3" };
 const SWIZZLES = { 2: ".xy", 3: ".xyz" };
 
@@ -37,8 +38,9 @@ export async function evaluate(gpu, name, shader, { inputs, count }) {
   const pixels = new Float32Array(fours * count * 4);
   const works = await gpu.compile(pass.scene);
   if (works) {
-    for (let row = 0; row < count; row++) { // A row at a time, so that none takes long.
-      gpu.draw(pass.scene, null, target, [0, row, fours, 1]);
+    const step = Math.max(1, Math.floor(AT_ONCE / fours)); // So that none takes long.
+    for (let row = 0; row < count; row += step) {
+      gpu.draw(pass.scene, null, target, [0, row, fours, Math.min(step, count - row)]);
       await gpu.finish();
     }
     gpu.renderer.readRenderTargetPixels(target, 0, 0, fours, count, pixels);

@@ -1,7 +1,7 @@
 // The page: opens lamps, shows them, and says what is wrong.
 
 import { tooLarge } from "../format/validate.js";
-import { element, note, slider } from "./elements.js";
+import { checkbox, element, note, slider } from "./elements.js";
 import { bytesOf, embedded } from "./embedded.js";
 import { Gpu, NoGraphics } from "./gpu.js";
 import { inspection } from "./inspection.js";
@@ -219,18 +219,22 @@ class Page {
         this.picture.restart();
       },
     });
+    const glow = checkbox("Glow of the walls, estimated", true, (on) => {
+      room.hasGlow = on;
+      this.picture.restart();
+    });
     const width = `${room.width.toPrecision(2)} m`;
     const scaled = room.isTrueSize ? `The room is ${width} wide.`
       : `The room is made to the lamp's size: ${width} wide.`;
-    return [height.row, note(`${scaled} Light straight from the lamp, with its shadows; walls do not `
-      + "light each other.")];
+    return [height.row, glow.row, note(`${scaled} Light straight from the lamp is computed with its `
+      + "shadows; what walls throw back is an even glow.")];
   }
 
   tell(view, [width, height], count) {
     const { samples } = view.ladder.at(-1);
     const isLast = width === this.canvas.width;
-    $("progress").textContent = isLast && count >= samples ? "" : isLast ? `${count} of ${samples}`
-      : `${width} × ${height}`;
+    $("progress").textContent = isLast && count >= samples ? "" : isLast
+      ? `sample ${count} of ${samples}` : `preview, ${width} × ${height}`;
     this.canvas.dataset.shown = `${width} ${height} ${count}`;
   }
 

@@ -8,6 +8,7 @@ const LEAST_TILE = 1 << 6;
 const QUICK = 40; // Milliseconds for a tile.
 const FRAME = 30; // Milliseconds of drawing before the page is shown.
 const BAND = 16; // Rows of tiles that are no whole rows.
+const AT_ONCE = 60; // Milliseconds that the first picture may take, if that is possible.
 
 /**
  * Draws a `subject` again and again, and shows the mean.
@@ -19,12 +20,16 @@ const BAND = 16; // Rows of tiles that are no whole rows.
  */
 export class Progressive {
   constructor(gpu, size) {
-    Object.assign(this, { gpu, size, subject: null, tile: FIRST_TILE, epoch: 0, running: false });
+    Object.assign(this, { gpu, size, subject: null, tile: FIRST_TILE, speed: 0, epoch: 0 });
+    this.running = false;
     this.figures = { tiles: 0, samples: 0, pixels: 0, milliseconds: 0 };
   }
 
   /** Draws another subject, or the same from another side. */
   restart(subject = this.subject) {
+    if (subject !== this.subject) {
+      [this.tile, this.speed] = [FIRST_TILE, 0]; // Nothing is known of its cost.
+    }
     this.subject = subject;
     this.epoch += 1;
     if (subject && !this.running) {
@@ -32,13 +37,6 @@ export class Progressive {
       this.run().finally(() => {
         this.running = false;
       });
-    }
-  }
-
-  /** Shows the picture anew, with other tones. */
-  refresh() {
-    if (this.subject && this.shown) {
-      this.subject.show(this.shown);
     }
   }
 
@@ -51,24 +49,39 @@ export class Progressive {
     for (let epoch = -1; epoch !== this.epoch; ) {
       epoch = this.epoch;
       await nextFrame();
-      for (const step of this.subject?.ladder ?? []) {
-        if (!(await this.climb(step, epoch))) {
+      const { subject } = this;
+      const steps = subject?.ladder.slice(this.firstStep(subject)) ?? [];
+      for (const [k, step] of steps.entries()) {
+        if (!(await this.climb(step, { epoch, subject, first: k === 0 }))) {
           break;
         }
       }
     }
   }
 
+  /** The finest step that is drawn in a moment, by what tiles took so far. */
+  firstStep({ ladder }) {
+    const [width, height] = this.size();
+    const time = ({ divisor }) => (width * height) / divisor ** 2 / this.speed;
+    const quick = ladder.findLastIndex((step) => time(step) <= AT_ONCE);
+    return this.speed ? Math.max(0, quick) : 0;
+  }
+
+  /** Whether drawing goes on; the first picture is finished even if something else is asked for. */
+  goesOn({ epoch, subject, first }, index) {
+    return subject === this.subject && (epoch === this.epoch || (first && index === 0));
+  }
+
   /** All samples of one size; whether nothing else was asked for meanwhile. */
-  async climb({ divisor, samples, least }, epoch) {
-    const { subject } = this;
+  async climb({ divisor, samples, least }, work) {
+    const { subject } = work;
     const size = this.size().map((side) => Math.max(1, Math.round(side / divisor)));
     for (let index = 0; index < samples; index++) {
-      if (!(await this.sample(size, index, epoch))) {
+      if (!(await this.sample(size, index, work))) {
         return false;
       }
       subject.add(index, size);
-      if (index + 1 >= least) {
+      if (index + 1 >= least || work.first) {
         this.shown = size;
         subject.show(size);
         subject.onShown?.(size, index + 1);
@@ -76,30 +89,34 @@ export class Progressive {
       this.figures.samples += 1;
       await this.breathe();
     }
-    return true;
+    return work.epoch === this.epoch;
   }
 
   /** One sample of all pixels. */
-  async sample(size, index, epoch) {
-    const area = this.subject.begin(size, index);
+  async sample(size, index, work) {
+    if (!this.goesOn(work, index)) {
+      return false;
+    }
+    const area = work.subject.begin(size, index);
     for (let next = [area[0], area[1]]; next; ) {
-      if (epoch !== this.epoch) {
+      if (!this.goesOn(work, index)) {
         return false;
       }
       const { part, after } = tileAt(area, next, this.tile);
       next = after;
-      await this.timed(part);
+      await this.timed(part, work.subject);
     }
-    return epoch === this.epoch;
+    return this.goesOn(work, index);
   }
 
   /** Draws a tile, and learns how large the next may be. */
-  async timed(part) {
+  async timed(part, subject) {
     const start = performance.now();
-    this.subject.draw(part);
+    subject.draw(part);
     await this.gpu.finish();
     const took = Math.max(performance.now() - start, 0.1);
     const pixels = part[2] * part[3];
+    this.speed = this.speed ? 0.8 * this.speed + 0.2 * (pixels / took) : pixels / took;
     const growth = Math.min(4, Math.max(0.25, QUICK / took));
     this.tile = Math.max(LEAST_TILE, Math.min(this.tile * 4, Math.round(pixels * growth)));
     this.figures.tiles += 1;

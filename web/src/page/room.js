@@ -18,6 +18,8 @@ import { ViewPoint } from "./view_point.js";
 
 const WIDTH = 4;
 const HEIGHT = 2.7;
+const AREA = 2 * WIDTH * WIDTH + 4 * WIDTH * HEIGHT;
+const REFLECTED = 0.48; // Mean part of the light that comes back; two of the walls are not there.
 const FITTING = [0.02, 0.6]; // Radii of lamps that hang in a room of its true size, metres.
 const USUAL = 0.15; // Radius that other lamps have in their room.
 const LADDER = [
@@ -31,10 +33,10 @@ const VIEW = {
   target: [0, 0, 1.15], azimuth: -62, elevation: 9, distance: 5.6, angle: 34,
   bounds: { distance: [0.8, 8], azimuth: [-0.35, 1.9], polar: [0.9, 1.68], reach: 6 },
 };
-const BALL = { at: [-0.75, -0.35, 0.32], size: 0.32 };
+const BALL = { at: [-0.62, -0.55, 0.3], size: 0.3 };
 const BOXES = [
-  { at: [0.72, -0.85, 0.36], half: [0.3, 0.3, 0.36], turn: 0.42 },
-  { at: [-0.2, 0.75, 0.6], half: [0.12, 0.12, 0.6], turn: -0.3 },
+  { at: [0.98, 0.62, 0.38], half: [0.34, 0.34, 0.38], turn: 0.42 },
+  { at: [-1.15, 0.95, 0.75], half: [0.13, 0.13, 0.75], turn: -0.3 },
 ];
 const WHITE = [0.76, 0.75, 0.73];
 const FLOOR = [0.55, 0.5, 0.45];
@@ -72,6 +74,7 @@ uniform float size;
 uniform vec3 source;
 uniform vec3 sourceSide;
 uniform float weight;
+uniform vec3 glow;
 layout(location = 0) out vec4 light;
 layout(location = 1) out vec4 cover;
 void main() {
@@ -82,6 +85,8 @@ void main() {
     return;
   }
   vec3 normal = normalize(seenSide()), start = seenPlace() + normal * 1e-4;
+  vec3 color = colorOf(thing) * 0.318309886;
+  light.rgb = color * glow;
   vec3 here = (start - hung) / size;
   vec3 offset = source - here;
   float square = dot(offset, offset), distance = sqrt(square);
@@ -92,7 +97,7 @@ void main() {
     || isBlocked(here, direction, distance * 0.999)) {
     return;
   }
-  light.rgb = colorOf(thing) * 0.318309886 * share * lightOf(source, sourceSide, -direction);
+  light.rgb += color * share * lightOf(source, sourceSide, -direction);
 }`;
 
 const JOIN = `uniform sampler2D lamp0;
@@ -118,8 +123,9 @@ export class Room {
     this.uniforms = {
       ...lampUniforms(gpu, lamp), tree: { value: surfaceTree(lamp) }, eye: { value: [0, 0, 0] },
       hung: { value: [0, 0.1, 1.75] }, size: { value: this.size }, source: { value: [0, 0, 0] },
-      sourceSide: { value: [0, 0, 1] }, weight: { value: 0 },
+      sourceSide: { value: [0, 0, 1] }, weight: { value: 0 }, glow: { value: [0, 0, 0] },
     };
+    this.hasGlow = true;
     this.makeThings();
     this.makePasses();
     this.mean = new Mean(gpu);
@@ -140,12 +146,23 @@ export class Room {
     this.uniforms.hung.value = this.uniforms.hung.value.with(2, height);
   }
 
+  /**
+   * Whether walls light each other, as an estimate: an even glow, the lamp's flux over the room's
+   * area as often as it is thrown back.
+   */
+  set hasGlow(on) {
+    const { flux, scale, sphere } = this.lamp;
+    const area = AREA * (sphere.radius / this.size) ** 2;
+    const often = on ? REFLECTED / (1 - REFLECTED) : 0;
+    this.uniforms.glow.value = flux.map((power) => (power / area / scale) * often);
+  }
+
   /** What is seen: the room by itself; and the lamp, where the room does not hide it. */
   makeThings() {
     this.things = { room: new Things(this.gpu), lamp: new Things(this.gpu) };
     for (const [k, { geometry, matrix }] of THINGS_SEEN.entries()) {
-      this.things.room.add(geometry, k + 1, { matrix, side: FrontSide });
-      this.things.lamp.add(geometry, 0, { matrix, side: FrontSide });
+      this.things.room.add(geometry, k + 1, { matrix, side: FrontSide, flat: false });
+      this.things.lamp.add(geometry, 0, { matrix, side: FrontSide, flat: false });
     }
     this.lampMesh = this.things.lamp.add(surfaceGeometry(this.lamp), 1, { own: true });
     this.lampMesh.matrixAutoUpdate = false;
@@ -217,7 +234,7 @@ function thingsSeen() {
     ({ geometry: new PlaneGeometry(width, height), matrix, albedo });
   const turned = (x, y, z, rotation) => rotation.setPosition(x, y, z);
   const walls = [
-    plane(new Matrix4(), WIDTH, WIDTH, FLOOR),
+    plane(turned(0.5, -0.5, 0, new Matrix4()), WIDTH + 1, WIDTH + 1, FLOOR),
     plane(turned(0, WIDTH / 2, HEIGHT / 2, new Matrix4().makeRotationX(Math.PI / 2)), WIDTH, HEIGHT,
       WHITE),
     plane(turned(-WIDTH / 2, 0, HEIGHT / 2, new Matrix4().makeBasis(new Vector3(0, 1, 0),

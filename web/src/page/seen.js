@@ -8,13 +8,13 @@ import {
 
 import { HEAD } from "./gpu.js";
 
-const VERTEX = `${HEAD}in vec3 position;
+const vertex = (flat) => `${HEAD}in vec3 position;
 in vec3 normal;
 uniform mat4 toScreen;
 uniform mat4 modelMatrix;
 uniform bool own;
 out vec3 place;
-flat out vec3 side;
+${flat}out vec3 side;
 void main() {
   vec4 world = modelMatrix * vec4(position, 1.0);
   place = own ? position : world.xyz;
@@ -22,8 +22,8 @@ void main() {
   gl_Position = toScreen * world;
 }`;
 
-const FRAGMENT = `${HEAD}in vec3 place;
-flat in vec3 side;
+const fragment = (flat) => `${HEAD}in vec3 place;
+${flat}in vec3 side;
 uniform uint thing;
 layout(location = 0) out uvec4 places;
 layout(location = 1) out uvec4 sides;
@@ -50,9 +50,11 @@ export class Things {
     Object.assign(this, { gpu, scene: new Scene(), toScreen: { value: null } });
   }
 
-  add(geometry, thing, { matrix = null, side = DoubleSide, own = false } = {}) {
+  add(geometry, thing, { matrix = null, side = DoubleSide, own = false, flat = true } = {}) {
     const uniforms = { toScreen: this.toScreen, thing: { value: thing }, own: { value: own } };
-    const mesh = new Mesh(geometry, this.gpu.material(VERTEX, FRAGMENT, uniforms, { side }));
+    const word = flat ? "flat " : "";
+    const material = this.gpu.material(vertex(word), fragment(word), uniforms, { side });
+    const mesh = new Mesh(geometry, material);
     mesh.frustumCulled = false;
     if (matrix) {
       mesh.matrixAutoUpdate = false;

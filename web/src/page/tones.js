@@ -35,8 +35,8 @@ export class Tones {
     Object.assign(this, { lamp, percentile, onlyLit, withBackground, onChange });
     Object.assign(this, { stops: 0, isExposed: false, offset: 0, dimmer: 1, balanced: false });
     this.isClear = lamp.networks.includes("transparency");
-    this.background = this.isClear ? "checks" : "grey";
-    this.level = 0.35;
+    this.background = this.isClear ? "checks" : "black";
+    this.level = 0.14;
   }
 
   /** Exposes for what was drawn first; later only where it is asked for. */
@@ -51,7 +51,7 @@ export class Tones {
   get values() {
     const gain = 2 ** (this.stops + this.offset) * this.dimmer;
     const colour = this.balanced ? balanceOf(this.lamp.flux) : [1, 1, 1];
-    const values = { gain: colour.map((x) => x * gain), square: 22 * devicePixelRatio };
+    const values = { gain: colour.map((x) => x * gain), square: 20 * devicePixelRatio };
     if (this.withBackground) {
       values.behind = PAIRS[this.background].map((color) => color.map((x) => x * this.level));
     }
