@@ -135,8 +135,15 @@ def wide() -> Iterator[tuple[str, bytes]]:
         )  # fmt: skip
     for dtype, name in ((np.int32, "32"), (np.int64, "64")):
         numbers = rng.integers(-(2**30), 2**30, (50, 3)).astype(dtype)
-        nodes = [*_index(50), node("Gather", ["table", "i"], ["g"]), node("Cast", ["g"], ["z"], to=1)]
-        yield f"whole numbers of {name} bits", wrapped(nodes, {"table": numbers, **_HUNDRED}, (4, 3))
+        nodes = [
+            *_index(50),
+            node("Gather", ["table", "i"], ["g"]),
+            node("Cast", ["g"], ["z"], to=1),
+        ]
+        yield (
+            f"whole numbers of {name} bits",
+            wrapped(nodes, {"table": numbers, **_HUNDRED}, (4, 3)),
+        )
     for op, number in (("Mul", 2**40 + 12345), ("Add", 2**55), ("Sub", 2**61), ("Max", 2**45)):
         nodes = [
             *_index(1000), node("Mul", ["i", "large"], ["l"]), node(op, ["l", "given"], ["m"]),
@@ -146,8 +153,11 @@ def wide() -> Iterator[tuple[str, bytes]]:
             node("Cast", ["s"], ["z"], to=1),
         ]  # fmt: skip
         constants = {
-            "large": np.array([2**35 + 7]), "given": np.array([number]), "half": np.array([2**50]),
-            "divisor": np.array([1_000_003]), **_HUNDRED,
+            "large": np.array([2**35 + 7]),
+            "given": np.array([number]),
+            "half": np.array([2**50]),
+            "divisor": np.array([1_000_003]),
+            **_HUNDRED,
         }
         yield f"{op} of large numbers", wrapped(nodes, constants, (4,))
 

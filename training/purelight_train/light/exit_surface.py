@@ -72,12 +72,15 @@ class ExitSurface:
         two_sided: [T] thin sheets that are seen, and so emit, from both sides.
         vertex_normals: [V, 3] unit normals of the scene's own shading, zero where it is flat;
             flat everywhere if None.
+        virtual: [T] mere places that light passes straight, where measured rays come from; none
+            if None.
     """
 
     positions: Float
     triangles: NDArray[np.uint32]
     two_sided: NDArray[np.bool_]
     vertex_normals: Float | None = None
+    virtual: NDArray[np.bool_] | None = None
 
     @cached_property
     def sphere(self) -> BoundingSphere:

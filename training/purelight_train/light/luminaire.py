@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import warnings
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -22,11 +22,14 @@ from purelight_train.light.exit_records import ExitRecords
 from purelight_train.light.exit_surface import ExitSurface, inward_rays, visible_part
 from purelight_train.light.interfaces import Interfaces
 from purelight_train.light.light_tracing import BATCH, trace_records
+from purelight_train.light.ray_emitter import RayFileEmitter, register
 from purelight_train.light.rays import scene_extent
+from purelight_train.light.virtual_surface import hull
 
 VISIBILITY_RAYS = 1 << 21
 LEAST_SEEN = 50  # rays, to judge a shape by
 FLAT_COSINE = 0.9999  # between a corner's normal and its facet's, where a mesh is flat
+RAY_HULL_SIDES = 96
 SECTIONS = 128  # of analytic disks and cylinders
 
 
@@ -72,9 +75,36 @@ def load_luminaire(path: str | Path, seed: int = 0) -> Luminaire:
     scene = _load_scene(path)
     _check_emitters(path, scene)
     rng = np.random.default_rng([seed, 1])
-    surface = visible_part(*scene_triangles(scene), VISIBILITY_RAYS, rng)
+    surface = _exit_surface(scene, rng)
     _check_glass(scene, surface)
     return Luminaire(path, scene, surface, scene_digest(path), exit_index(scene, surface))
+
+
+def _exit_surface(scene: mi.Scene, rng: np.random.Generator) -> ExitSurface:
+    """What is seen of the lamp's shapes, and of hulls around the rays of its ray files."""
+    positions, triangles, normals = scene_triangles(scene)
+    hulls = [
+        hull(emitter.rays.position.astype(np.float64), RAY_HULL_SIDES)
+        for emitter in scene.emitters() if isinstance(emitter, RayFileEmitter)
+    ]  # fmt: skip
+    for vertices, faces in hulls:
+        triangles = np.concatenate([triangles, faces + np.uint32(len(positions))])
+        positions = np.concatenate([positions, vertices])
+        normals = np.concatenate([normals, np.zeros_like(vertices)])
+    surface = visible_part(positions, triangles, normals, VISIBILITY_RAYS, rng)
+    if not hulls:
+        return surface
+    known = _among(surface.positions, np.concatenate([vertices for vertices, _ in hulls]))
+    return replace(surface, virtual=np.asarray(known[surface.triangles].all(axis=1), bool))
+
+
+def _among(points: NDArray[np.float32], others: NDArray[np.float32]) -> NDArray[np.bool_]:
+    """Which points [N, 3] are exactly one of others: [N]."""
+    whole, place = np.unique(np.concatenate([others, points]), axis=0, return_inverse=True)
+    known = np.zeros(len(whole), bool)
+    known[place.ravel()[: len(others)]] = True
+    found: NDArray[np.bool_] = known[place.ravel()[len(others) :]]
+    return found
 
 
 def exit_index(scene: mi.Scene, surface: ExitSurface) -> float:
@@ -100,12 +130,16 @@ def scene_digest(path: Path) -> str:
 def _load_scene(path: Path) -> mi.Scene:
     if not path.is_file():
         raise PureLightError(f"{path}: no such file; give a Mitsuba 3 scene (.xml) of a lamp")
+    register()
     try:
         # Mitsuba would join meshes of one material, forget their names, and fail where some are
         # flipped
         scene = mi.load_file(str(path.resolve()), optimize=False)
     except Exception as error:
         reason = " ".join(str(error).split())
+        _, ours, told = reason.rpartition(f"{PureLightError.__name__}: ")
+        if ours:  # of a plugin
+            raise PureLightError(f"{path}: {told}") from None
         raise PureLightError(f"{path}: not a Mitsuba 3 scene: {reason[-300:]}") from None
     if not isinstance(scene, mi.Scene):
         raise PureLightError(f"{path}: the file holds no <scene>; wrap the lamp's shapes in one")

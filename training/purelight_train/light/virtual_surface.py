@@ -13,7 +13,7 @@ from purelight_format.errors import PureLightError
 from purelight_format.ray_file.rays import Rays
 
 START, TIGHT, AUTO = "start", "tight", "auto"
-SIDES = 512  # Directions that bound a hull, besides those of a box's faces, edges and corners.
+SIDES = 512
 THICKNESS = 1e-3  # Of the extent: between the rays' beginnings and the hull.
 TIGHTER = 0.8  # Of the radius of the other hull, from which on `auto` takes the tight one.
 CHUNK = 1 << 16
@@ -58,10 +58,13 @@ def nearest_to_focus(rays: Rays) -> Double:
     return result
 
 
-def hull(points: Double) -> tuple[Float, NDArray[np.uint32]]:
+def hull(points: Double, sides: int = SIDES) -> tuple[Float, NDArray[np.uint32]]:
     """A convex polyhedron of moderate size just around points [N, 3]: vertices, triangles.
 
     It is bounded by planes against which the points lean, in directions all around.
+
+    Arguments:
+        sides: how many directions there are besides those of a box's faces, edges and corners.
 
     Raises:
         PureLightError: All points are one.
@@ -72,7 +75,7 @@ def hull(points: Double) -> tuple[Float, NDArray[np.uint32]]:
             "all rays pass one point, so that they have no radiance; give the lamp's surface "
             "with --exit-surface"
         )
-    normal = _directions()
+    normal = _directions(sides)
     bound = np.full(len(normal), -np.inf)
     for first in range(0, len(points), CHUNK):
         unit = (points[first : first + CHUNK] - middle) / extent
@@ -106,12 +109,12 @@ def read_surface(path: Path) -> tuple[Float, NDArray[np.uint32]]:
     return positions.astype(np.float32), faces.astype(np.uint32)
 
 
-def _directions() -> Double:
+def _directions(sides: int) -> Double:
     """Unit vectors all around: the 26 of a cube's faces, edges and corners, and a spiral."""
     grid = np.stack(np.meshgrid(*[[-1.0, 0.0, 1.0]] * 3), -1).reshape(-1, 3)
     cube = grid[np.abs(grid).sum(1) > 0]
-    k = np.arange(SIDES) + 0.5
-    z, phi = 1 - 2 * k / SIDES, np.pi * (1 + np.sqrt(5)) * k
+    k = np.arange(sides) + 0.5
+    z, phi = 1 - 2 * k / sides, np.pi * (1 + np.sqrt(5)) * k
     spiral = np.stack([np.sqrt(1 - z * z) * np.cos(phi), np.sqrt(1 - z * z) * np.sin(phi), z], 1)
     return np.concatenate([cube / np.linalg.norm(cube, axis=1, keepdims=True), spiral])
 

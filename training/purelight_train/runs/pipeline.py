@@ -122,6 +122,8 @@ def start(
     """
     run = RunDirectory(output)
     measured = is_ray_file(scene)
+    if exit_surface != AUTO and not measured:
+        raise PureLightError(f"{scene}: a scene has its own exit surface; leave --exit-surface out")
     if not scene.is_file():
         raise PureLightError(f"{scene}: no such file; give a Mitsuba 3 scene (.xml) of a lamp")
     config = {
