@@ -5,12 +5,12 @@ Every figure is relative, so that it holds for the lamp at any power and any siz
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass, fields
+from collections.abc import Collection, Mapping
+from dataclasses import asdict, dataclass, fields, replace
 from typing import Any, TypeVar, get_type_hints
 
-LARGEST = 1e9
+LARGEST = 1e12
+SIGNED = {"mean", "below", "around", "above", "pattern", "detail", "haze", "by_heart"}
 ZONES = ("below", "around", "above")
 
 
@@ -56,13 +56,15 @@ class Look:
     """The lamp through a lens.
 
     Arguments:
-        detail: part of the detail of a sixtieth of the picture's width that is kept.
+        size: of the finest detail that is known, over the picture's width.
+        detail: part of it that is kept.
         detail_noise: its standard error.
         haze: how much too bright dark parts are, relative.
         error: mean absolute difference over the mean radiance, noise taken out.
         noise: the same of the truth alone.
     """
 
+    size: float
     detail: float
     detail_noise: float
     haze: float
@@ -95,6 +97,11 @@ class Verdict:
     look: Look | None = None
     grain: float | None = None
     by_heart: float | None = None
+
+    def of_networks(self, names: Collection[str]) -> Verdict:
+        """Without what is said of networks that a bundle does not carry."""
+        fast = self.fast if "fast_map" in names else None
+        return replace(self, fast=fast, grain=self.grain if "sampler" in names else None)
 
     def to_json(self) -> dict[str, Any]:
         """As the manifest holds it; figures to four digits."""
@@ -131,7 +138,7 @@ def _read(value: Any, kind: type[Group]) -> Group:
         if given is None and optional:
             continue
         inner = next((t for t in _kinds(hints[field.name]) if t in GROUPS), None)
-        found[field.name] = _number(given) if inner is None else _read(given, inner)
+        found[field.name] = _number(field.name, given) if inner is None else _read(given, inner)
     return kind(**found)
 
 
@@ -139,18 +146,18 @@ def _kinds(hint: Any) -> tuple[Any, ...]:
     return getattr(hint, "__args__", (hint,))
 
 
-def _number(value: Any) -> float:
+def _number(name: str, value: Any) -> float:
     if isinstance(value, bool) or not isinstance(value, (int, float)):
-        raise ValueError("no number")
-    if not math.isfinite(value) or abs(value) > LARGEST:
-        raise ValueError("no sensible number")
+        raise ValueError(f"{name}: no number")
+    if not -LARGEST * (name in SIGNED) <= value <= LARGEST:
+        raise ValueError(f"{name}: no sensible number")
     return float(value)
 
 
 def _rounded(value: Any) -> Any:
     if isinstance(value, dict):
         return {k: _rounded(v) for k, v in value.items() if v is not None}
-    return float(f"{value:.4g}")
+    return value if isinstance(value, int) else float(f"{value:.4g}")
 
 
 GROUPS = (Places, Zones, Mode, Look)

@@ -41,12 +41,15 @@ class Judgement:
         light: `good`, `fair` or `poor`.
         look: `crisp`, `soft` or `hazy`; empty if it was not measured.
         fast: whether fast mode is recommended; None if the lamp has none.
+        on_fast: the sentence on fast mode, empty if the lamp has none.
         lines: sentences on light, look and fast mode, and what would help.
+        caption: the same in a few words.
     """
 
     light: str
     look: str
     fast: bool | None
+    on_fast: str
     lines: tuple[str, ...]
     caption: str
 
@@ -61,12 +64,16 @@ def judge(verdict: Verdict, provenance: Mapping[str, Any] | None = None) -> Judg
     help_ = list(_help(verdict, light, look, provenance or {}))
     lines = [_light_line(verdict, light)]
     lines += [_look_line(verdict, look)] if look else []
-    lines += [_fast_line(verdict)] if fast is not None else []
+    on_fast = "" if fast is None else _fast_line(verdict)
+    lines += [on_fast] if on_fast else []
     lines += [f"would help: {'; '.join(help_)}"] if help_ else []
-    words = [f"light ±{_percent(verdict.accurate.within)}", look]
-    words += [] if fast is None else [f"fast {'ok' if fast else 'no'}"]
-    caption = ", ".join(filter(None, words))
-    return Judgement(light, look, fast, tuple(lines), caption)
+    return Judgement(light, look, fast, on_fast, tuple(lines), _caption(verdict, look, fast))
+
+
+def _caption(verdict: Verdict, look: str, fast: bool | None) -> str:
+    """The verdict in a few words, for a picture of a few hundred pixels."""
+    mode = "" if fast is None else f"fast mode {'ok' if fast else 'not advised'}"
+    return ", ".join(filter(None, (f"light ±{_percent(verdict.accurate.within)}", look, mode)))
 
 
 # Light
@@ -110,7 +117,8 @@ def _look(verdict: Verdict) -> str:
         return ""
     if seen.detail < RESOLVED or seen.haze > FOGGY:
         return "hazy"
-    return "crisp" if seen.detail >= KEPT and seen.haze <= CLEAR else "soft"
+    surely = seen.detail - seen.detail_noise >= KEPT and seen.error <= FAIR
+    return "crisp" if surely and seen.haze <= CLEAR else "soft"
 
 
 def _look_line(verdict: Verdict, look: str) -> str:
@@ -118,7 +126,8 @@ def _look_line(verdict: Verdict, look: str) -> str:
     assert seen is not None  # There is a word for it.
     haze = f"dark parts {_signed(seen.haze)}" if abs(seen.haze) > 0.02 else "dark parts right"
     return (
-        f"look: {look}, {_percent(min(max(seen.detail, 0), 1))} of its fine detail, {haze}, "
+        f"look: {look}, {_percent(min(max(seen.detail, 0), 1))} of its detail of 1/"
+        f"{round(1 / seen.size) if seen.size > 0 else 0} is kept, {haze}, "
         f"pictures {_percent(seen.error)} off (their truth's noise {_percent(seen.noise)})"
     )
 
@@ -135,7 +144,9 @@ def _why_not(verdict: Verdict) -> list[str]:
     fast, accurate, found = verdict.fast, verdict.accurate, []
     assert fast is not None
     if verdict.pattern >= PATTERN and fast.pattern < RESOLVED * min(accurate.pattern, 1):
-        found.append(f"loses its patterns ({_percent(max(fast.pattern, 0))} of their contrast left)")
+        found.append(
+            f"loses its patterns (keeps {_percent(max(fast.pattern, 0))} of their contrast)"
+        )
     if fast.within > max(SMOOTH, ALIKE * accurate.within):
         found.append("makes its light blotchy")
     return found
@@ -153,9 +164,7 @@ def _fast_line(verdict: Verdict) -> str:
 # What would help
 
 
-def _help(
-    verdict: Verdict, light: str, look: str, provenance: Mapping[str, Any]
-) -> Iterator[str]:
+def _help(verdict: Verdict, light: str, look: str, provenance: Mapping[str, Any]) -> Iterator[str]:
     """Advice, each with what it follows from."""
     near = verdict.near
     preset, anchor = (str(provenance.get(key)) for key in ("preset", "anchor"))

@@ -9,6 +9,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from purelight_format import atomic, command
+from purelight_format.verdict.figures import read
+from purelight_format.verdict.words import judge
 from purelight_train import threads
 from purelight_train.presets import ANCHORS, PRESETS
 
@@ -33,6 +35,8 @@ def _parser() -> command.Parser:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--early-stop", action="store_true",
                         help="end once the error on held-out light stops falling")  # fmt: skip
+    parser.add_argument("--verdict", action=argparse.BooleanOptionalAction, default=True,
+                        help="measure with fresh light what was learned")  # fmt: skip
     parser.add_argument("--report", action=argparse.BooleanOptionalAction, default=True,
                         help="write report.html into the run directory")  # fmt: skip
     parser.add_argument("--resume", action="store_true", help="continue an interrupted run")
@@ -67,13 +71,15 @@ def _train(arguments: argparse.Namespace) -> int:
         resume=arguments.resume, route=arguments.route, anchor=anchor,
         early_stop=arguments.early_stop,
     )  # fmt: skip
-    metrics = training()
+    metrics = training(judged=arguments.verdict)
     if arguments.report:
         from purelight_train.report.training import write_report
 
         write_report(training)
+    found = read(metrics.get("verdict"))
+    if found is not None:
+        print(*judge(found, training.stages.run.provenance).lines, sep="\n")
     flux = ", ".join(f"{f:.4g}" for f in metrics["flux"])
-    print(f"{arguments.output}: flux {flux} W; held-out gain "
-          f"{metrics['held_out_gain_nats']:.3f} nats; next: purelight-export {arguments.output} "
+    print(f"{arguments.output}: flux {flux} W; next: purelight-export {arguments.output} "
           "--output lamp.plux")  # fmt: skip
     return 0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
 import mitsuba as mi
 import numpy as np
@@ -15,14 +15,16 @@ from purelight_train.light.exit_surface import ExitSurface
 from purelight_train.light.radiance_field import Radiance
 from purelight_train.truth.light_traced import light_traced, sharp_share
 from purelight_train.truth.metrics import Comparison, Mask
-from purelight_train.truth.picture import Picture, means
+from purelight_train.truth.picture import Picture, mean, means
 from purelight_train.truth.thin_lens import ThinLens, aperture_for
 from purelight_train.truth.views import field_view, three_views
 from purelight_train.verdict.detail import Detail, Scale, detail, join
 
 SIZE, SPP = 128, 16
 BLOCK = 4  # errors are those of means over so many pixels squared: a few photons suffice
-FINE = Scale(2, 8, eye=True)  # pixels: a sixtieth of the lamp's size
+# Pixels: a sixtieth of the picture's width, or where noise hides that, a thirtieth
+SCALES = (Scale(2, 8, eye=True), Scale(4, 16, eye=True))
+KNOWN = 0.06  # standard error of what is kept from where on it is known
 DARK = 0.1  # of the mean radiance of the lamp: what is dimmer is dark
 GLARE = 0.01  # of the mean radiance
 
@@ -43,17 +45,32 @@ def views(
     surface: ExitSurface,
     student: Radiance,
     paths: int,
+    rounds: int,
     seed: int,
     progress: Callable[[int], None] = lambda _: None,
 ) -> list[View]:
-    """From the side, from below and from above, traced anew."""
+    """From the side, from below and from above, in up to `rounds` times `paths` of light.
+
+    Light is added until what is kept of the finest detail is known.
+    """
     lenses = three_views(ThinLens(sphere, SIZE, 0, 0, aperture_for(sharp_share(scene))))
-    truths = light_traced(scene, lenses, paths, seed, progress)
-    made = []
-    for lens, truth in zip(lenses, truths, strict=True):
-        rng = np.random.default_rng([seed, len(made)])
-        made.append(View(lens, truth, *field_view(surface, student, lens, SPP, rng)))
+    fields = [
+        field_view(surface, student, lens, SPP, np.random.default_rng([seed, k]))
+        for k, lens in enumerate(lenses)
+    ]
+    traced: list[list[Picture]] = []
+    for number in range(rounds):
+        more = partial(_further, progress, number * paths)
+        traced.append(light_traced(scene, lenses, paths, seed + number, more))
+        truths = [mean(list(pictures)) for pictures in zip(*traced, strict=True)]
+        made = [View(*v, *f) for v, f in zip(zip(lenses, truths, strict=True), fields, strict=True)]
+        if Look(made).finest.error < KNOWN:
+            break
     return made
+
+
+def _further(progress: Callable[[int], None], before: int, done: int) -> None:
+    progress(before + done)
 
 
 @dataclass(frozen=True)
@@ -75,9 +92,21 @@ class Look:
         return np.concatenate([view.mask for view in self.views])
 
     @property
-    def detail(self) -> Detail:
-        """What is left of the lamp's detail."""
-        return detail(self.student, self.truth, FINE, self.mask)
+    def finest(self) -> Detail:
+        """What is left of the lamp's finest detail."""
+        return self._detail(SCALES[0])
+
+    @property
+    def detail(self) -> tuple[float, Detail]:
+        """What is left of the finest detail that is known, and its part of the picture's width."""
+        for scale in SCALES:
+            found = self._detail(scale)
+            if found.error < KNOWN:
+                break
+        return scale.side / SIZE, found
+
+    def _detail(self, scale: Scale) -> Detail:
+        return detail(self.student, self.truth, scale, self.mask)
 
     @property
     def error(self) -> tuple[float, float]:

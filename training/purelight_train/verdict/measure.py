@@ -29,7 +29,8 @@ PLACE = 2  # cells a side of a place, nine degrees: what a room's light is judge
 PATTERN = Scale(1, 4)
 HEIGHT = 0.5  # cosine with the vertical from which on a place is below, or above
 USUAL = 3 << 19  # paths of the preset `draft`, for which the numbers below are
-LIGHT, STUDENT, LOOK = 8, 16, 1 << 22  # batches of light, passes of rays, paths of the pictures
+LIGHT, STUDENT = 8, 16  # batches of light, passes of the student's rays
+LOOK, ROUNDS = 1 << 22, 3  # paths of the pictures, and how often at most
 SEEDS = (300_007, 500_009)  # of light and of pictures, besides the run's
 
 
@@ -82,7 +83,7 @@ class Judge:
     @property
     def total(self) -> int:
         """Paths traced at most."""
-        return self._even(LIGHT) * BATCH + self._look_paths
+        return self._even(LIGHT) * BATCH + ROUNDS * self._look_paths
 
     @property
     def _look_paths(self) -> int:
@@ -95,12 +96,12 @@ class Judge:
         """The lamp and the student through lenses."""
         return views(
             self.scene, self.sphere, self.surface, self.learned.student, self._look_paths,
-            self.seed + SEEDS[1], self.progress,
+            ROUNDS, self.seed + SEEDS[1], self.progress,
         )  # fmt: skip
 
     # Light
 
-    def verdict(self) -> figures.Verdict:
+    def verdict(self, by_heart: float | None = None) -> figures.Verdict:
         """All figures; `by_heart` is the run's to know."""
         near, rng = Near.of(self.surface, self._rng(0)), self._rng(1)
         looked = Look(self.views)  # first, so that the progress goes on from there
@@ -112,14 +113,17 @@ class Judge:
         return figures.Verdict(
             photons=paths,
             accurate=self._mode(student, true),
-            fast=fast and self._mode(arriving.of_map(self._shells, fast, rng), true),
+            fast=None
+            if fast is None
+            else self._mode(arriving.of_map(self._shells, fast, rng), true),
             share=figures.Zones(*(self._shares(true.image))),
             pattern=self._pattern(true, true).contrast,
-            near=near and _places(near.of_student(self.learned.student, rng), true_near),
+            near=None if near is None else _places(near, self.learned.student, true_near, rng),
             look=_look(looked),
             grain=arriving.grain(
                 self._shells, true, self.surface, self.learned.student, self.learned.sample, rng
             ),
+            by_heart=by_heart,
         )
 
     def _rng(self, part: int) -> np.random.Generator:
@@ -145,7 +149,7 @@ class Judge:
             shells.add(self._shells.caught(out.position, out.direction, out.weight) / out.paths)
             inside.add(np.zeros((1, 1, 3)) if near is None else near.caught(records))
             paths += records.paths
-            self.progress(self._look_paths + paths)
+            self.progress(ROUNDS * self._look_paths + paths)
             if shells.count % 2 == 0 and light.noise_of(shells.picture()) < GOAL:
                 break
         return shells.picture(), inside.picture(), paths
@@ -169,16 +173,18 @@ class Judge:
         return [float(image[zone].sum() / image.sum()) for zone in self._zones]
 
 
-def _places(told: Picture, true: Picture) -> figures.Places | None:
+def _places(
+    near: Near, radiance: Radiance, true: Picture, rng: np.random.Generator
+) -> figures.Places | None:
     """Errors at places inside; None if no light was found there."""
     if not true.image.any():
         return None
-    return figures.Places(**vars(light.error(told, true)))
+    return figures.Places(**vars(light.error(near.of_student(radiance, rng), true)))
 
 
 def _look(looked: Look) -> figures.Look | None:
     """Figures of the pictures; None of a lamp that no view meets, or that is dark in them all."""
     if not looked.mask.any() or not looked.truth.image[looked.mask].any():
         return None
-    kept, (error, noise) = looked.detail, looked.error
-    return figures.Look(kept.kept, min(kept.error, 1.0), looked.haze, error, noise)
+    (size, kept), (error, noise) = looked.detail, looked.error
+    return figures.Look(size, kept.kept, min(kept.error, 1.0), looked.haze, error, noise)

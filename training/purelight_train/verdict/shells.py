@@ -33,9 +33,7 @@ class Shells:
         areas: Image = 4 * math.pi * distance**2 / (2 * SIDE * SIDE)
         return areas
 
-    def caught(
-        self, position: NDArray[Any], direction: NDArray[Any], power: NDArray[Any]
-    ) -> Image:
+    def caught(self, position: NDArray[Any], direction: NDArray[Any], power: NDArray[Any]) -> Image:
         """Sums of the power that rays from within the lamp's sphere bring to each cell, in W.
 
         Arguments:
@@ -81,8 +79,10 @@ def as_picture(cells: Image) -> Image:
 def cells(unit: NDArray[Any]) -> NDArray[np.int64]:
     """Which of the 2 * SIDE² cells unit vectors [N, 3] point to: [N]."""
     disk = unit[:, :2] / np.sqrt(1 + np.abs(unit[:, 2:]))
-    square = np.minimum((disk_to_square(disk) * SIDE).astype(np.int64), SIDE - 1)
-    return ((unit[:, 2] > 0) * SIDE + square[:, 1]) * SIDE + square[:, 0]
+    place = np.minimum((disk_to_square(disk) * SIDE).astype(np.int64), SIDE - 1)
+    half = (unit[:, 2] > 0).astype(np.int64)
+    cell: NDArray[np.int64] = (half * SIDE + place[:, 1]) * SIDE + place[:, 0]
+    return cell
 
 
 def _directions(square: Image, up: int) -> Image:
@@ -94,5 +94,5 @@ def _directions(square: Image, up: int) -> Image:
 
 
 def _counted(cell: NDArray[np.int64], power: NDArray[Any]) -> Image:
-    sums: Image = np.bincount(cell, power.astype(np.float64), 2 * SIDE * SIDE)
-    return sums
+    sums = np.bincount(cell, power.astype(np.float64), 2 * SIDE * SIDE)
+    return sums.astype(np.float64)
