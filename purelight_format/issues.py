@@ -165,6 +165,8 @@ _TABLE = (
     Code("PLX_MANIFEST_MEMBER_UNLISTED", "the manifest does not list this member", "plux.md#m11"),
     Code("PLX_MANIFEST_DIGEST_MISMATCH", "the {what} differs from the manifest's", "plux.md#m12"),
     Code("PLX_MANIFEST_COST_MISMATCH", "the manifest says {stated}, it is {actual}", "plux.md#m13"),
+    Code("PLX_MANIFEST_VERDICT", "fidelity.verdict is not in the form of M15; it is ignored",
+         "plux.md#m15", W),
     # Networks
     Code("PLX_ONNX_TOO_LARGE", "{what}: {size}, at most {limit}", "onnx_profile.md#n1"),
     Code("PLX_ONNX_PARSE", "these bytes are no ONNX model", "onnx_profile.md#n2"),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime, timezone
 from functools import cached_property
@@ -32,6 +32,7 @@ from purelight_format.networks.probes import Extent
 from purelight_format.networks.profile import inspect
 from purelight_format.srgb import png
 from purelight_format.usd import asset_layer
+from purelight_format.verdict import caption, figures, words
 from purelight_onnx.luminaire import Luminaire
 from purelight_onnx.viewer import render
 from purelight_train.runs.run_directory import RunDirectory
@@ -153,7 +154,7 @@ class Facts:
         self, infos: dict[str, NetworkInfo], measured: dict[str, Any], *, compact: bool
     ) -> Manifest:
         """The manifest, still without its members."""
-        description, config = self.run.description, self.run.config
+        description = self.run.description
         scaled = {"lumens": self.lumens, "power_factor": self.run.power}
         return Manifest(
             name=self.name,
@@ -164,17 +165,17 @@ class Facts:
             channels=description.channels,
             networks=infos,
             provenance={
-                "scene": Path(config["luminaire"]).name,
-                "scene_digest": config["digest"],
-                "seed": config["seed"],
-                "route": config["route"],
-                "preset": config["preset"]["name"],
-                "photons": description.paths,
+                **self.run.provenance,
                 "precision": "compact" if compact else "fp32",
                 **({} if self.lumens is None else scaled),
             },
-            fidelity=self.fidelity | measured,
+            fidelity=self.fidelity | self._verdict(infos) | measured,
         )
+
+    def _verdict(self, networks: Collection[str]) -> dict[str, Any]:
+        """What training found of the networks that the bundle carries."""
+        found = figures.read(self.run.read_json("metrics.json").get("verdict"))
+        return {} if found is None else {"verdict": found.of_networks(networks).to_json()}
 
     @property
     def fidelity(self) -> dict[str, Any]:
@@ -213,7 +214,9 @@ def _preview(manifest: Manifest, members: Members) -> bytes:
         for network in manifest.networks:
             luminaire.network(network)
         camera = Camera.orbit(manifest.bounding_sphere, size=PREVIEW_SIZE)
-        return png(render(luminaire, camera, samples=4))
+        picture = png(render(luminaire, camera, samples=4))
+    found = figures.read(manifest.fidelity.get("verdict"))
+    return picture if found is None else caption.under(picture, words.judge(found).caption)
 
 
 def _beside(lamp: Facts, written: bundle.Bundle, photometry: Sequence[str]) -> list[Path]:

@@ -66,7 +66,8 @@ class Manifest:
         channels: which of R, G, B carry flux; absent ones are exactly zero.
         networks: by name, see `kinds.KINDS`.
         provenance: where the bundle comes from (scene digest, seed, photons, preset).
-        fidelity: measured errors against the light-traced lamp.
+        fidelity: measured errors against the light-traced lamp; its `verdict` is read by
+            `verdict.figures`.
         extensions: content by reverse-domain name of who defines it.
         members: every member but the manifest; filled by `bundle.write`.
         format_version: major.minor.

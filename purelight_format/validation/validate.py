@@ -34,6 +34,7 @@ from purelight_format.networks.profile import NetworkCost, inspect
 from purelight_format.networks.vectors import Vectors
 from purelight_format.usd import layer, side_layer
 from purelight_format.validation.report import Report
+from purelight_format.verdict.figures import read as read_verdict
 
 LOOSE = 0.2  # A tolerance above this part of its value would let a wrong host pass.
 
@@ -183,6 +184,10 @@ def _manifest(examination: Examination) -> Iterator[Issue]:
     data = examination.read(MANIFEST)
     examination._manifest, issues = manifest.examine(data, examination.limits)
     yield from issues
+    about = examination._manifest
+    stated = None if about is None else about.fidelity.get("verdict")
+    if stated is not None and read_verdict(stated) is None:
+        yield issue("PLX_MANIFEST_VERDICT", f"{MANIFEST}/fidelity/verdict")
 
 
 def _digests(examination: Examination) -> Iterator[Issue]:

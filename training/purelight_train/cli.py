@@ -9,6 +9,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from purelight_format import atomic, command
+from purelight_format.verdict.figures import read
+from purelight_format.verdict.words import judge
 from purelight_import import options
 from purelight_train import threads
 from purelight_train.presets import ANCHORS, PRESETS
@@ -37,6 +39,8 @@ def _parser() -> command.Parser:
                         help="end once the error on held-out light stops falling")  # fmt: skip
     parser.add_argument("--exit-surface", default="auto", metavar="WHERE",
                         help="of measured rays: start, tight, auto, or a mesh file")  # fmt: skip
+    parser.add_argument("--verdict", action=argparse.BooleanOptionalAction, default=True,
+                        help="measure with fresh light what was learned")  # fmt: skip
     parser.add_argument("--report", action=argparse.BooleanOptionalAction, default=True,
                         help="write report.html into the run directory")  # fmt: skip
     parser.add_argument("--resume", action="store_true", help="continue an interrupted run")
@@ -81,13 +85,15 @@ def _run(arguments: argparse.Namespace, device: str) -> int:
             resume=arguments.resume, route=arguments.route, anchor=anchor,
             early_stop=arguments.early_stop, exit_surface=arguments.exit_surface, look=lamp.look,
         )  # fmt: skip
-    metrics = training()
+    metrics = training(judged=arguments.verdict)
     if arguments.report:
         from purelight_train.report.training import write_report
 
         write_report(training)
+    found = read(metrics.get("verdict"))
+    if found is not None:
+        print(*judge(found, training.stages.run.provenance).lines, sep="\n")
     flux = ", ".join(f"{f:.4g}" for f in metrics["flux"])
-    print(f"{arguments.output}: flux {flux} W; held-out gain "
-          f"{metrics['held_out_gain_nats']:.3f} nats; next: purelight-export {arguments.output} "
+    print(f"{arguments.output}: flux {flux} W; next: purelight-export {arguments.output} "
           "--output lamp.plux")  # fmt: skip
     return 0

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from purelight_format.color import LUMENS_PER_WATT, LUMINANCE
-from purelight_train.learning.flux_closure import escaping_light
+from purelight_train.learning.flux_closure import escaping_rays
 from purelight_train.learning.reference_rays import ReferenceRays
 from purelight_train.light.exit_records import ExitRecords
 from purelight_train.light.radiance_field import Radiance
@@ -61,7 +61,7 @@ class MeasuredLight:
 
     def _bands(self) -> Table:
         rng = np.random.default_rng(11)
-        direction, power = escaping_light(self.references, self.student, rng, STUDENT_RAYS)
+        _, direction, power = escaping_rays(self.references, self.student, STUDENT_RAYS, rng)
         measured, error = _intensity(
             self.records.direction, self.records.weight / np.float32(self.records.paths)
         )

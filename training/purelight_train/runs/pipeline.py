@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ from purelight_train.networks.student import Student
 from purelight_train.presets import Preset
 from purelight_train.runs.anchor_choice import choose_anchor
 from purelight_train.runs.evaluation import as_function, fidelity, write_previews
+from purelight_train.runs.judging import judge, verdict
 from purelight_train.runs.routes import ROUTES, TeacherRoute
 from purelight_train.runs.run_directory import RunDirectory
 from purelight_train.runs.stages import Stages
@@ -27,6 +29,7 @@ from purelight_train.runs.traced_lamp import TracedLamp
 from purelight_train.runs.trained import STUDENT, TRAINED, TRANSPARENCY
 from purelight_train.runs.trainer import Trainer
 from purelight_train.truth.counting import counting_errors
+from purelight_train.verdict.measure import Judge
 
 Float = NDArray[np.float32]
 
@@ -43,8 +46,16 @@ class Training(Trainer):
         """The teacher, on the route that has one."""
         return self.route.teacher if isinstance(self.route, TeacherRoute) else None
 
-    def __call__(self) -> dict[str, Any]:
+    @cached_property
+    def judge(self) -> Judge:
+        """Who measures what was trained."""
+        return judge(self)
+
+    def __call__(self, *, judged: bool = True) -> dict[str, Any]:
         """Run every unfinished stage and write metrics and previews.
+
+        Arguments:
+            judged: measure the verdict, with light traced for it.
 
         Returns:
             the contents of metrics.json.
@@ -52,7 +63,9 @@ class Training(Trainer):
         self.lamp.store()
         for declared in filter(self.has, TRAINED):
             self.network(declared)
-        metrics = self._metrics()
+        known = not isinstance(self.lamp.luminaire, MeasuredLuminaire)  # and can be traced afresh
+        told = {"verdict": verdict(self, self.judge).to_json()} if judged and known else {}
+        metrics = self._metrics() | told
         device, see_through = self.stages.device, self.has(TRANSPARENCY)
         write_previews(
             self.stages.run,
@@ -191,4 +204,4 @@ def reopen(run: RunDirectory, scene: Path, device: str = "cpu") -> Training:
 
 def stage_names(route: str) -> tuple[str, ...]:
     """The stages of a run, in order."""
-    return *ROUTES[route].gathers, *(name for d in TRAINED for name in d.stages)
+    return *ROUTES[route].gathers, *(name for d in TRAINED for name in d.stages), "verdict"
