@@ -123,7 +123,8 @@ class Facts:
         flux = arrays["triangle_flux"].astype(np.float64)
         total = flux.sum(0)
         flux *= np.divide(self.run.description.flux, total, out=np.zeros(3), where=total > 0)
-        return Surface(arrays["positions"], arrays["triangles"], flux.astype(np.float32))
+        finish = arrays["finish"] if self.run.finishes else None
+        return Surface(arrays["positions"], arrays["triangles"], flux.astype(np.float32), finish)
 
     @property
     def extent(self) -> Extent:
@@ -170,6 +171,7 @@ class Facts:
                 **({} if self.lumens is None else scaled),
             },
             fidelity=self.fidelity | self._verdict(infos) | measured,
+            finishes=self.run.finishes,
         )
 
     def _verdict(self, networks: Collection[str]) -> dict[str, Any]:

@@ -21,6 +21,7 @@ from purelight_format.members import (
     PHOTOMETRY,
     PREVIEW,
     container,
+    finishes,
     manifest,
     png,
     surface,
@@ -227,6 +228,7 @@ def _members(examination: Examination) -> Iterator[Issue]:
     """Which members there are, and the small ones for people."""
     known = {next(iter(examination.entries)), MANIFEST, PHOTOMETRY, PREVIEW}
     known.update(member for member, _ in surface.MEMBERS.values())
+    known.update([finishes.MEMBER] if examination.manifest.finishes else [])
     for network in examination.networks:
         known.update((members.network(network), *vectors.layout(network)))
     for name in examination.entries:
@@ -277,7 +279,8 @@ def _network(examination: Examination, name: str, info: NetworkInfo) -> Iterator
 
 
 def _surface(examination: Examination) -> Iterator[Issue]:
-    found = Surface.from_members(examination.read, examination.limits)
+    count = len(examination.manifest.finishes)
+    found = Surface.from_members(examination.read, examination.limits, count)
     yield from found.issues(
         examination.manifest.bounding_sphere, examination.manifest.flux, examination.limits
     )

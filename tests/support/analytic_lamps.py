@@ -16,6 +16,7 @@ from purelight_export.graph import Graph, Value
 from purelight_export.photometry import Intensity, ies_file
 from purelight_format import bundle
 from purelight_format.measures import BoundingSphere, Cap, cap, cap_to_direction, direction_to_cap
+from purelight_format.members.finishes import Finish
 from purelight_format.members.surface import Surface
 from purelight_format.networks.vectors import Vectors
 from purelight_format.photometry.table import node_solid_angle
@@ -29,11 +30,12 @@ SPHERE = BoundingSphere(CENTRE, RADIUS)
 
 @dataclass(frozen=True)
 class Lamp:
-    """An exit surface and its networks as ONNX."""
+    """An exit surface, its networks as ONNX, and what it is made of."""
 
     surface: Surface
     networks: dict[str, bytes]
     flux: np.ndarray
+    finishes: tuple[Finish, ...] = ()
 
     def write(self, path: Path, more: dict[str, bytes] | None = None) -> Path:
         """Writes the lamp as a valid bundle, with more members if wanted."""
@@ -46,6 +48,7 @@ class Lamp:
             radiance_scale=1.0,
             r_max=15.0,
             channels=tuple(self.flux > 0),
+            finishes=self.finishes,
         )
         bundle.write(path, manifest, members | (more or {}))
         return path
@@ -209,8 +212,9 @@ def photometry(lamp: Lamp, exponent: float) -> bytes:
 
 
 def mitsuba_lamps(
-    lamp: Lamp, folder: Path, placement: Any, *, tilt: float = 0.0, dimmer: float = 1.0
-) -> dict[str, Any]:
+    lamp: Lamp, folder: Path, placement: Any, *, tilt: float = 0.0, dimmer: float = 1.0,
+    bsdf: dict[str, Any] | None = None,
+) -> dict[str, Any]:  # fmt: skip
     """The same lamp as two meshes of Mitsuba's, one per half, with area emitters."""
     surface = lamp.surface
     matrix = np.array(placement.matrix).reshape(4, 4)
@@ -226,7 +230,7 @@ def mitsuba_lamps(
             "type": "ply",
             "filename": str(path),
             "face_normals": True,
-            "bsdf": {"type": "diffuse", "reflectance": {"type": "rgb", "value": 0.0}},
+            "bsdf": bsdf or {"type": "diffuse", "reflectance": {"type": "rgb", "value": 0.0}},
             "emitter": {"type": "area", "radiance": radiance},
         }
     return shapes

@@ -214,6 +214,11 @@ def scene_triangles(
     )
 
 
+def triangle_counts(scene: mi.Scene) -> list[int]:
+    """How many of the triangles of `scene_triangles` each shape has."""
+    return [len(_mesh(shape)[1]) for shape in scene.shapes()]
+
+
 Part = tuple[NDArray[Any], NDArray[Any], NDArray[Any] | None]
 
 

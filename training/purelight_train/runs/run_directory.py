@@ -3,7 +3,8 @@
 config.json                 luminaire path and digest, preset (all sizes), seed, route, anchor
                             asked for, and what was tried for `auto`
 description.json            sphere, flux, radiance scale, channels (`description.Description`)
-surface.npz                 positions [V,3], triangles [T,3], triangle_flux [T,3] in W
+surface.npz                 positions [V,3], triangles [T,3], triangle_flux [T,3] in W, finish [T,2]
+finishes.json               what the indices of `finish` stand for, as in a manifest
 escaped.npz                 direction [M,3], weight [M,3]: a random part of the exit records,
                             scaled so that the weights sum to the flux
 networks/NAME.safetensors   of each finished network (`trained`), and how its training went
@@ -27,6 +28,8 @@ from torch import Tensor, nn
 
 from purelight_format import atomic
 from purelight_format.errors import PureLightError
+from purelight_format.members.finishes import Finish, read_all
+from purelight_format.members.manifest_reader import Reader
 from purelight_train.light.description import Description
 from purelight_train.presets import Preset
 
@@ -110,6 +113,21 @@ class RunDirectory:
     @property
     def description(self) -> Description:
         return Description.from_dict(self.read_json("description.json")).scaled(self.power)
+
+    @property
+    def finishes(self) -> tuple[Finish, ...]:
+        """Of what the exit surface is made; empty in runs of before there were finishes.
+
+        Raises:
+            PureLightError: the file does not say.
+        """
+        if not (self.path / "finishes.json").is_file():
+            return ()
+        reader = Reader(self.read_json("finishes.json"), "finishes.json")
+        found = read_all(reader, "finishes")
+        if reader.failed:
+            raise PureLightError(f"{self.path}: {reader.findings.errors[0].message}")
+        return found
 
     @property
     def complete(self) -> bool:

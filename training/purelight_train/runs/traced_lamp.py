@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from purelight_format.errors import PureLightError
+from purelight_format.members.finishes import to_json
 from purelight_format.ray_file.files import is_ray_file
 from purelight_train.learning.photon_batches import PhotonBatches
 from purelight_train.learning.reference_rays import ReferenceRays
@@ -17,6 +18,7 @@ from purelight_train.light.description import Description
 from purelight_train.light.emission import Emission
 from purelight_train.light.exit_records import ExitRecords, escaped_part, settle, triangle_flux
 from purelight_train.light.exit_surface import ExitSurface
+from purelight_train.light.finishes import finished
 from purelight_train.light.light_tracing import BATCH
 from purelight_train.light.luminaire import Luminaire, load_luminaire
 from purelight_train.light.measured_luminaire import MeasuredLuminaire, load_measured
@@ -126,9 +128,21 @@ class TracedLamp:
             positions=self.surface.positions,
             triangles=self.surface.triangles,
             triangle_flux=triangle_flux(records, triangle, len(self.surface.triangles)),
+            **self._finish(),
         )
         direction, weight = escaped_part(records, description.flux, ESCAPED)
         run.write_arrays("escaped.npz", direction=direction, weight=weight)
+
+    def _finish(self) -> dict[str, NDArray[np.int64]]:
+        """Of what each triangle is made, and in the run directory what that is.
+
+        Measured rays do not tell.
+        """
+        if isinstance(self.luminaire, MeasuredLuminaire):
+            return {}
+        made = finished(self.luminaire)
+        self.stages.run.write_json("finishes.json", to_json(made.finishes))
+        return {"finish": made.sides}
 
 
 def _require_radiance(records: ExitRecords) -> None:

@@ -38,6 +38,7 @@ class Luminaire:
         flux: [3] in W per channel.
         power: Luminance-weighted flux in W.
         surface: The exit surface.
+        finishes: What it is made of; empty where the bundle does not say.
         check_vectors: Whether networks are compared with their golden vectors before use.
     """
 
@@ -49,6 +50,7 @@ class Luminaire:
         self.flux = np.asarray(bundle.manifest.flux, np.float64)
         self.power = float(LUMINANCE @ self.flux)
         self.surface: Surface = bundle.surface()
+        self.finishes = bundle.manifest.finishes
         self.check_vectors = True
         self._bundle = bundle
         self._networks: dict[tuple[str, str], FusedNetwork] = {}

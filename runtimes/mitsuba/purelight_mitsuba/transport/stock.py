@@ -53,7 +53,8 @@ class StockEmitters:
         total = throughput * value * light * share
         ray = si.spawn_ray(ds.d)
         length = dr.select(far, dr.largest(mi.Float), ds.dist)
-        return [Segment.of(ray, length, total, active & (dr.max(total) > 0), open=True)]
+        useful = active & (dr.max(total) > 0)
+        return [Segment.of(ray, length, total, useful, open=True, skip=vertex.skip)]
 
     def hit(
         self, scene: mi.Scene, si: mi.SurfaceInteraction3f, path: Path, active: mi.Bool
