@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -133,7 +134,7 @@ class TracedLamp:
         direction, weight = escaped_part(records, description.flux, ESCAPED)
         run.write_arrays("escaped.npz", direction=direction, weight=weight)
 
-    def _finish(self) -> dict[str, NDArray[np.int64]]:
+    def _finish(self) -> dict[str, NDArray[Any]]:
         """Of what each triangle is made, and in the run directory what that is.
 
         Measured rays do not tell.
