@@ -14,6 +14,9 @@ from purelight_catalogue.entries import Entry
 from purelight_catalogue.jobs import Job
 from purelight_catalogue.results import Results
 from purelight_catalogue.work import Outcome
+from purelight_format import atomic
+from purelight_format.photometry.files import read_photometry
+from purelight_format.photometry.polar_plot import polar_plot
 
 GATHERED = {  # By stage, what a person may want
     "train": ("run/report.html",),
@@ -61,6 +64,8 @@ def gather(
     for job in jobs:
         if results.done(job):
             files |= _copy(job, results.path(job.stage, job.key), folder)
+    if "ies" in files:
+        files["polar"] = _polar(output, files["ies"])
     about, photons = (
         _read(output / files[kind]) if kind in files else {} for kind in ("inspect", "photons")
     )
@@ -69,6 +74,14 @@ def gather(
         round(sum(o.seconds for o in ended), 1), max((o.gibibytes for o in ended), default=0.0),
         photons,
     )  # fmt: skip
+
+
+def _polar(output: Path, ies: str) -> str:
+    """The polar diagram of an IES file, drawn beside it."""
+    name = str(Path(ies).with_name("polar.svg").as_posix())
+    drawn = polar_plot([read_photometry(output / ies)])
+    atomic.write_bytes(output / name, drawn.encode())
+    return name
 
 
 def _copy(job: Job, source: Path, folder: Path) -> dict[str, str]:

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from purelight_catalogue.catalogue import Card
 from purelight_format import atomic
 from purelight_format.color import lumens
+from purelight_format.verdict.figures import read
+from purelight_format.verdict.words import judge
 
 FORMAT = 1
 
@@ -32,11 +34,24 @@ def card_json(card: Card) -> dict[str, Any]:
         "networks": sorted(about["networks"]),
         "multiply_adds": about["networks"]["appearance"]["macs_per_sample"],
         "triangles": card.about["triangles"],
+        "verdict": _verdict(about),
         "fidelity": about["fidelity"],
         "photons": dict(card.photons),
         "seconds": card.seconds,
         "gibibytes": card.gibibytes,
     }
+
+
+def _verdict(about: Mapping[str, Any]) -> dict[str, Any]:
+    """What the lamp is worth in words, as all commands say it; nothing if it was not measured."""
+    found = read(about["fidelity"].get("verdict"))
+    if found is None:
+        return {}
+    words = judge(found, about["provenance"])
+    return {
+        "light": words.light, "look": words.look, "fast": words.fast, "caption": words.caption,
+        "lines": list(words.lines),
+    }  # fmt: skip
 
 
 def write_index(cards: Sequence[Card], output: Path) -> Path:

@@ -40,7 +40,8 @@ def write_page(cards: Sequence[Card], output: Path) -> Path:
 
 
 def _card(lamp: Mapping[str, Any]) -> str:
-    text = " ".join((lamp["name"], lamp["title"], lamp["source"])).lower()
+    caption = lamp["verdict"].get("caption", "")
+    text = " ".join((lamp["name"], lamp["title"], lamp["source"], caption)).lower()
     data = " ".join(f'data-{key}="{escape(str(lamp[key]))}"' for key in SORTED)
     rows = "".join(f"<dt>{escape(k)}</dt><dd>{escape(v)}</dd>" for k, v in _facts(lamp).items())
     links = "".join(
@@ -50,16 +51,28 @@ def _card(lamp: Mapping[str, Any]) -> str:
     )
     return (
         f'<li data-text="{escape(text)}" {data}><div class="looks">{_picture(lamp)}</div>'
-        f'<div class="text"><h2>{escape(lamp["title"])}</h2><dl>{rows}</dl>'
+        f'<div class="text"><h2>{escape(lamp["title"])}</h2>{_verdict(lamp)}<dl>{rows}</dl>'
         f'<div class="files">{links}</div></div></li>'
     )
 
 
-def _picture(lamp: Mapping[str, Any]) -> str:
-    source = lamp["files"].get("picture")
-    if not source:
+def _verdict(lamp: Mapping[str, Any]) -> str:
+    """The verdict in a line, and all of it behind that."""
+    if not lamp["verdict"]:
         return ""
-    return f'<img src="{quote(source)}" alt="{escape(lamp["title"])}" loading="lazy">'
+    lines = "".join(f"<p>{escape(line)}</p>" for line in lamp["verdict"]["lines"])
+    caption = escape(lamp["verdict"]["caption"])
+    return f"<details><summary>{caption}</summary>{lines}</details>"
+
+
+def _picture(lamp: Mapping[str, Any]) -> str:
+    title = escape(lamp["title"])
+    shown = {"picture": title, "polar": f"Luminous intensity of {title}"}
+    return "".join(
+        f'<img src="{quote(lamp["files"][kind])}" alt="{words}" loading="lazy">'
+        for kind, words in shown.items()
+        if kind in lamp["files"]
+    )
 
 
 def _facts(lamp: Mapping[str, Any]) -> dict[str, str]:

@@ -73,7 +73,7 @@ def export(job: Job, place: Place) -> list[Command]:
     name, lumens = job.arguments["name"], job.arguments["lumens"]
     words = [
         str(place.before[RUN] / RUN), "--output", str(place.folder / f"{name}.plux"),
-        "--name", name,
+        "--name", name, "--photometry", "ies,ldt",
     ]  # fmt: skip
     if lumens:
         words += ["--lumens", str(lumens)]
