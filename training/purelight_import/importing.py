@@ -135,7 +135,8 @@ def _looked_at(scene: Path, lamp: Lamp, *, picture: bool) -> list[str]:
         from purelight_import.write.portrait import portrait
 
         light = sum(lumens(emitters.flux(p, p.radiance)) for p in lamp.parts if p.radiance)
-        scene.with_suffix(".png").write_bytes(portrait(scene, light))
+        places = np.concatenate([p.mesh.positions for p in lamp.parts])
+        scene.with_suffix(".png").write_bytes(portrait(scene, light, places))
     return found
 
 

@@ -13,6 +13,7 @@ from purelight_import.parts.rays import LIFT, Rays, leaving
 
 RAYS = 2048
 CUPPED = 0.5  # share of a side's rays that meet the part again, from which on it is a hull
+MORE_OPEN = 4.0  # than the front: a back that a sheet should rather shine from
 COVERED, GAP = 0.9, 0.01  # share of a side's rays that end within so much of the lamp's extent
 
 
@@ -46,9 +47,18 @@ def _sides(part: Part, rays: Rays, lamp: Lamp) -> list[Part]:
     if front > CUPPED > back:
         lamp.notes("emitters that shone inwards are turned", part.name)
         return [replace(part, mesh=part.mesh.turned())]
-    if back > CUPPED or not part.double_sided:
+    if back > CUPPED:
         return [part]
-    return _both(part, rays)
+    return _both(part, rays) if part.double_sided else [_to_the_open(part, rays, lamp)]
+
+
+def _to_the_open(part: Part, rays: Rays, lamp: Lamp) -> Part:
+    """A sheet that shines to one side: to the other one, if only from there light gets away."""
+    front, back = (_free(part, rays, side) for side in (1, -1))
+    if back <= MORE_OPEN * front:
+        return part
+    lamp.notes("emitters that shone inwards are turned", part.name)
+    return replace(part, mesh=part.mesh.turned())
 
 
 def _both(part: Part, rays: Rays) -> list[Part]:
@@ -71,6 +81,12 @@ def _cupped(part: Part, own: Rays, side: int) -> float:
     """Share of the rays from one side that meet the part itself."""
     origin, direction = leaving(part, RAYS, side, LIFT * own.extent)
     return float(np.isfinite(own.distances(origin, direction)).mean())
+
+
+def _free(part: Part, rays: Rays, side: int) -> float:
+    """Share of the rays from one side that meet nothing."""
+    origin, direction = leaving(part, RAYS, side, LIFT * rays.extent)
+    return float(np.isinf(rays.distances(origin, direction)).mean())
 
 
 def _covered(part: Part, rays: Rays, side: int) -> float:

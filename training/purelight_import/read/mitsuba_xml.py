@@ -35,7 +35,8 @@ def read_scene(path: Path) -> ET.Element:
     root = parse(path)
     if root.tag != "scene":
         raise ValueError(f"it begins with <{root.tag[:40]}>, so it is no Mitsuba scene")
-    _include(root, path.resolve().parent, 0)
+    folder = path.resolve().parent
+    _include(root, folder, folder, 0)
     if sum(1 for _ in root.iter()) > ELEMENTS:
         raise ValueError("it has too many elements")
     _fill_in(root)
@@ -63,8 +64,12 @@ def parse(path: Path) -> ET.Element:
         raise ValueError(f"it is no XML: {error}") from None
 
 
-def _include(root: ET.Element, folder: Path, depth: int) -> None:
-    """Puts the content of included files in their place, and finds the files that remain."""
+def _include(root: ET.Element, folder: Path, own: Path, depth: int) -> None:
+    """Puts the content of included files in their place, and notes where others may lie.
+
+    Arguments:
+        folder, own: of the scene, and of the file that `root` was read from.
+    """
     if depth > INCLUDES:
         raise ValueError("files include each other without an end")
     for parent in list(root.iter()):
@@ -74,19 +79,13 @@ def _include(root: ET.Element, folder: Path, depth: int) -> None:
             elif element.tag == "include":
                 path = beside(folder, element.get("filename", ""))
                 inner = parse(path)
-                _include(inner, folder, depth + 1)
+                _include(inner, folder, path.parent, depth + 1)
                 parent.remove(element)
                 for child in reversed(list(inner) if inner.tag == "scene" else [inner]):
                     parent.insert(index, child)
-            elif depth == 0 or element.get("name") == "filename":
-                _locate(element, folder)
-
-
-def _locate(element: ET.Element, folder: Path) -> None:
-    """Makes the path of a file absolute; those of skies and the like are not looked at."""
-    if element.get("name") != "filename" or element.tag != "string":
-        return
-    element.set("folder", str(folder))
+            elif element.tag == "string" and element.get("name") == "filename":
+                there = files.is_file(own / element.get("value", ""))
+                element.attrib.setdefault("folder", str(own if there else folder))
 
 
 def _fill_in(root: ET.Element) -> None:
@@ -120,8 +119,8 @@ def find_files(element: ET.Element) -> None:
 
 
 def by_id(root: ET.Element) -> dict[str, ET.Element]:
-    """All elements that have an identifier."""
-    return {e.attrib["id"]: e for e in root.iter() if e.get("id")}
+    """All elements that have an identifier, but for references to them."""
+    return {e.attrib["id"]: e for e in root.iter() if e.get("id") and e.tag != "ref"}
 
 
 def resolved(element: ET.Element, known: dict[str, ET.Element], depth: int = 0) -> ET.Element:

@@ -173,7 +173,7 @@ def _add(
         reading.builder.notes("materials that no library describes are matt", material_name)
     material, radiance = found or (Material(material_name, roughness=1.0, specular=0.0), None)
     shown = next(filter(None, (name, group if group != "default" else "", material_name)), "")
-    reading.builder.add(shown, mesh, material, (name, group), radiance, double_sided=True)
+    reading.builder.add(shown, mesh, material, (name, group), radiance)
 
 
 def _picked(values: NDArray[np.float64], index: NDArray[np.int64]) -> NDArray[np.float64] | None:

@@ -14,7 +14,7 @@ from purelight_import.write.textures import Textures
 
 SMOOTH = 0.03  # roughness below which a surface is a mirror
 LEAST_ROUGHNESS = 0.02  # of the principled BSDF, below which samples get too bright
-WHOLE = 0.999
+WHOLE, GREY = 0.999, 0.5  # shares, from which on something counts as all, as a metal
 
 
 def elements(material: Material, textures: Textures, *, solid: bool) -> list[ET.Element]:
@@ -45,7 +45,7 @@ def _passes(material: Material) -> bool:
 def _bsdf(material: Material, textures: Textures, solid: bool) -> ET.Element:
     """The BSDF that fits a material best."""
     if _passes(material):
-        if _whole(material.transmission) and material.metalness == 0:
+        if _whole(material.transmission) and mean_of(material.metalness) < GREY:
             return _glass(material, textures, solid)
         return _principled(material, textures, solid=solid)
     if material.diffuse_transmission > 0:

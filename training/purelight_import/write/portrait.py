@@ -13,10 +13,12 @@ from purelight_format.srgb import exposure, png
 
 SIZE, DAYLIGHT, LIT = 384, 16, 64
 DEPTH = 16
-CLIP = 40.0  # times the exposure's white, above which a sample counts as noise
+DUSK = 0.05  # even light in the second picture, to see the lamp by
+BRIGHTER = 2.0  # stops than what shows the emitter itself
+CLIP = 40.0  # times white, above which a sample counts as noise
 
 
-def portrait(path: Path, lumens: float) -> bytes:
+def portrait(path: Path, lumens: float, places: np.ndarray) -> bytes:
     """A PNG of two pictures side by side: the lamp in even light, unlit, and lit in the dark.
 
     Path tracing finds light through clear glass by chance only, so the second may be noisy.
@@ -24,20 +26,21 @@ def portrait(path: Path, lumens: float) -> bytes:
     Arguments:
         path: a scene of the lamp alone.
         lumens: what its emitters give; zero leaves the second picture out.
+        places: [N, 3] of all its corners, in metres.
     """
     import mitsuba as mi
 
     scene = mi.load_file(str(path), optimize=False)
-    box = scene.bbox()
-    centre = np.array(box.center(), np.float64).ravel()
-    radius = max(float(np.linalg.norm(np.array(box.extents()).ravel())) / 2, 1e-6)
+    centre = 0.5 * (places.min(0) + places.max(0))
+    radius = max(float(np.linalg.norm(places - centre, axis=1).max()), 1e-6)
     place = (float(centre[0]), float(centre[1]), float(centre[2]))
     camera = Camera.orbit(BoundingSphere(place, radius), azimuth=35, elevation=12)
-    views = [png(_unlit(mi, path, camera), 0.0)]
+    unlit = _unlit(mi, path, camera)
+    views = [png(unlit, 0.0)]
     if lumens > 0:
         lit = _render(mi, scene, camera, LIT)
-        stops = exposure(lit)
-        views.append(png(np.minimum(lit, CLIP * 2.0**-stops), stops))
+        gain = 2.0 ** (exposure(lit) + BRIGHTER)
+        views.append(png(np.minimum(gain * lit, CLIP) + DUSK * unlit, 0.0))
     return _beside(views)
 
 
@@ -74,9 +77,8 @@ def _render(mi: Any, scene: Any, camera: Camera, samples: int) -> np.ndarray:
                  "pixel_format": "rgb", "component_format": "float32"},
         "sampler": {"type": "independent"},
     })  # fmt: skip
-    media = any(s.interior_medium() or s.exterior_medium() for s in scene.shapes())
-    kind = "volpath" if media else "path"
-    integrator = mi.load_dict({"type": kind, "max_depth": DEPTH, "rr_depth": DEPTH})
+    # `path` shows what is behind thin glass black
+    integrator = mi.load_dict({"type": "volpath", "max_depth": DEPTH, "rr_depth": DEPTH})
     image = np.array(mi.render(scene, sensor=sensor, integrator=integrator, spp=samples, seed=0))
     return np.nan_to_num(image[..., :3], posinf=0, neginf=0)
 

@@ -67,7 +67,7 @@ class _Writer:
         if flat:
             xml.flag(shape, "face_normals", value=True)
         shape.extend(self._material(part))
-        about = part.material.name or "no material"
+        about = part.material.name or "as in the file"
         if part.radiance is not None:
             emitter = ET.SubElement(shape, "emitter", type="area")
             if isinstance(part.radiance, Picture):

@@ -150,6 +150,6 @@ def refuse_compressed(about: Object, path: Path) -> None:
     for name in about.get("extensions", {}):
         if name in COMPRESSED:
             raise PureLightError(
-                f"{path}: its meshes are compressed ({COMPRESSED[name]}); export it without, or "
-                "unpack it with `npx @gltf-transform/cli copy in.glb out.glb`"
+                f"{path}: its meshes are compressed ({COMPRESSED[name]}), which is not read; "
+                "export the lamp without compression"
             )
