@@ -17,10 +17,11 @@ from tests.support.rays import disc
 
 use()
 
-from purelight_train.light import exit_surface, luminaire, ray_emitter  # noqa: E402
+from purelight_train.light import exit_surface, luminaire  # noqa: E402
 from purelight_train.light.exit_records import ExitRecords, settle  # noqa: E402
 from purelight_train.light.light_tracing import trace_records  # noqa: E402
 from purelight_train.light.luminaire import load_luminaire  # noqa: E402
+from purelight_train.light.plugins import ray_file_plugin  # noqa: E402
 
 LED = disc()
 GLASS = '<bsdf type="dielectric"><float name="int_ior" value="1.5"/></bsdf>'
@@ -52,7 +53,7 @@ def scene(
 
 def traced(folder: Path, shapes: str, rays: Rays = LED) -> ExitRecords:
     """Light that leaves the optics."""
-    ray_emitter.register()
+    ray_file_plugin()
     return trace_records(mi.load_file(str(scene(folder, shapes, rays=rays))), 1, 0)
 
 

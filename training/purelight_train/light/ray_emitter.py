@@ -1,4 +1,7 @@
-"""The emitter plugin `ray_file`: measured light, such as that of an LED, inside a lamp's optics."""
+"""The emitter plugin `ray_file`: measured light, such as that of an LED, inside a lamp's optics.
+
+Import it by `plugins.ray_file_plugin`, once a variant of Mitsuba is set.
+"""
 
 from __future__ import annotations
 
@@ -17,6 +20,7 @@ from purelight_format.ray_file.files import read_ray_file
 from purelight_format.ray_file.rays import Rays
 
 NAME = "ray_file"
+VARIANT = mi.variant()  # Whose class is derived from.
 ALIKE, CLASSES = 1.25, 128  # Rays whose powers differ by less than the factor are one class.
 
 
@@ -126,11 +130,6 @@ def importance(rays: Rays) -> NDArray[np.float64]:
     total = power.sum(0)
     result: NDArray[np.float64] = (power[:, total > 0] / total[total > 0]).mean(1)
     return result
-
-
-def register() -> None:
-    """Makes the plugin known to the variant in use, for which this module was loaded."""
-    mi.register_emitter(NAME, RayFileEmitter)
 
 
 def _scale(rays: Rays, props: mi.Properties, name: str) -> float:
