@@ -40,6 +40,7 @@ from purelight_train.runs.run_directory import RunDirectory
 IES, EULUMDAT = PHOTOMETRIC = ("ies", "ldt")
 PREVIEW_SIZE = 256
 IN_WATTS = ("flux_error", "student_flux", "student_flux_error")
+MEASURED = ("rays", "exit_surface", "colors", "not_carried", "relative_error")
 FIDELITY = (*IN_WATTS, "held_out_gain_nats")
 
 Members = dict[str, bytes]
@@ -169,6 +170,7 @@ class Facts:
                 **self.run.provenance,
                 "precision": "compact" if compact else "fp32",
                 **({} if self.lumens is None else scaled),
+                **self._measured,
             },
             fidelity=self.fidelity | self._verdict(infos) | measured,
             finishes=self.run.finishes,
@@ -178,6 +180,12 @@ class Facts:
         """What training found of the networks that the bundle carries."""
         found = figures.read(self.run.read_json("metrics.json").get("verdict"))
         return {} if found is None else {"verdict": found.of_networks(networks).to_json()}
+
+    @property
+    def _measured(self) -> dict[str, Any]:
+        """What is to be known of a lamp that was measured: from which rays, and what is missing."""
+        found = self.run.read_json("metrics.json").get("measured")
+        return {"measured": {key: found[key] for key in MEASURED}} if found else {}
 
     @property
     def fidelity(self) -> dict[str, Any]:

@@ -20,6 +20,10 @@ from purelight_onnx.luminaire import Luminaire
 
 if TYPE_CHECKING:
     from purelight_train.light.exit_records import ExitRecords
+    from purelight_train.light.luminaire import Luminaire as ModelledLuminaire
+    from purelight_train.light.measured_luminaire import MeasuredLuminaire
+
+    Light = ModelledLuminaire | MeasuredLuminaire
 
 CHUNK = 1 << 14  # Rays drawn at a time, each from `CANDIDATES`.
 CANDIDATES = 8
@@ -151,13 +155,19 @@ def _run_rays(source: Path, count: int, seed: int, progress: Progress) -> tuple[
 
     run = RunDirectory.open(source)
     scene = Path(run.config["luminaire"])
-    lamp = reopen(run, scene).lamp
     if is_ray_file(scene):
         raise PureLightError(f"{source}: was trained from rays, {scene.name}; give that file")
+    return traced_rays(reopen(run, scene).lamp.modelled, count, seed, progress), scene.stem
+
+
+def traced_rays(
+    luminaire: Light, count: int, seed: int, progress: Progress = lambda _: None
+) -> Rays:
+    """Light traced out of a lamp that has a scene: [count] rays, of power as they come."""
     parts: list[ExitRecords] = []
     found = paths = 0
     while found < count:
-        records = lamp.luminaire.trace(count - found, seed * 9973 + 1_000_003 + len(parts))
+        records = luminaire.trace(count - found, seed * 9973 + 1_000_003 + len(parts))
         part = records.take(records.escaped)
         parts.append(part)
         found, paths = found + len(part), paths + records.paths
@@ -169,7 +179,7 @@ def _run_rays(source: Path, count: int, seed: int, progress: Progress) -> tuple[
         for name in ("position", "direction", "weight")
     ]
     power = columns[2] * np.float32(found / count / paths)
-    return Rays(columns[0], columns[1], power), scene.stem
+    return Rays(columns[0], columns[1], power)
 
 
 def _some(file: RayFile, count: int | None, seed: int) -> RayFile:

@@ -22,7 +22,7 @@ from purelight_train.light.exit_records import ExitRecords
 from purelight_train.light.exit_surface import ExitSurface, inward_rays, visible_part
 from purelight_train.light.interfaces import Interfaces
 from purelight_train.light.light_tracing import BATCH, trace_records
-from purelight_train.light.ray_emitter import RayFileEmitter, register
+from purelight_train.light.plugins import ray_file_plugin
 from purelight_train.light.rays import scene_extent
 from purelight_train.light.virtual_surface import hull
 
@@ -83,9 +83,10 @@ def load_luminaire(path: str | Path, seed: int = 0) -> Luminaire:
 def _exit_surface(scene: mi.Scene, rng: np.random.Generator) -> ExitSurface:
     """What is seen of the lamp's shapes, and of hulls around the rays of its ray files."""
     positions, triangles, normals = scene_triangles(scene)
+    plugin = ray_file_plugin()
     hulls = [
         hull(emitter.rays.position.astype(np.float64), RAY_HULL_SIDES)
-        for emitter in scene.emitters() if isinstance(emitter, RayFileEmitter)
+        for emitter in scene.emitters() if isinstance(emitter, plugin)
     ]  # fmt: skip
     for vertices, faces in hulls:
         triangles = np.concatenate([triangles, faces + np.uint32(len(positions))])
@@ -130,7 +131,7 @@ def scene_digest(path: Path) -> str:
 def _load_scene(path: Path) -> mi.Scene:
     if not path.is_file():
         raise PureLightError(f"{path}: no such file; give a Mitsuba 3 scene (.xml) of a lamp")
-    register()
+    ray_file_plugin()
     try:
         # Mitsuba would join meshes of one material, forget their names, and fail where some are
         # flipped

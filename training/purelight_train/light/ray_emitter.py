@@ -1,4 +1,7 @@
-"""The emitter plugin `ray_file`: measured light, such as that of an LED, inside a lamp's optics."""
+"""The emitter plugin `ray_file`: measured light, such as that of an LED, inside a lamp's optics.
+
+Import it by `plugins.ray_file_plugin`, once a variant of Mitsuba is set.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +20,8 @@ from purelight_format.ray_file.files import read_ray_file
 from purelight_format.ray_file.rays import Rays
 
 NAME = "ray_file"
-BLOCKS = 1024  # Of rays of like power, among which one is drawn first.
+VARIANT = mi.variant()  # Whose class is derived from.
+ALIKE, CLASSES = 1.25, 128  # Rays whose powers differ by less than the factor are one class.
 
 
 class RayFileEmitter(mi.Emitter):
@@ -46,11 +50,13 @@ class RayFileEmitter(mi.Emitter):
         self._upload()
 
     def _upload(self) -> None:
-        """The rays on the device, in blocks of falling power."""
+        """The rays on the device, in classes of falling power: one is drawn, then a ray in it."""
         share = importance(self.rays)
         order = np.argsort(-share, kind="stable")
-        bound = np.linspace(0, len(order), min(BLOCKS, len(order)) + 1).astype(np.int64)
-        sums = np.add.reduceat(share[order], bound[:-1])
+        falling = share[order]
+        kind = np.minimum(np.log(falling[0] / falling) / np.log(ALIKE), CLASSES - 1).astype(int)
+        bound = np.append(np.unique(kind, return_index=True)[1], len(order))
+        sums = np.add.reduceat(falling, bound[:-1])
         self._choice = mi.DiscreteDistribution(mi.Float(sums.astype(np.float32)))
         self._bound = mi.UInt32(bound.astype(np.uint32))
         self._position = mi.Float(self.rays.position[order].ravel())
@@ -67,9 +73,9 @@ class RayFileEmitter(mi.Emitter):
         self, time: Any, sample1: Any, sample2: Any, sample3: Any, active: Any = True
     ) -> tuple[mi.Ray3f, mi.Spectrum]:
         active = mi.Mask(active)
-        block, probability = self._choice.sample_pmf(mi.Float(sample1), active)
-        first = dr.gather(mi.UInt32, self._bound, block, active)
-        count = dr.gather(mi.UInt32, self._bound, block + 1, active) - first
+        kind, probability = self._choice.sample_pmf(mi.Float(sample1), active)
+        first = dr.gather(mi.UInt32, self._bound, kind, active)
+        count = dr.gather(mi.UInt32, self._bound, kind + 1, active) - first
         inner = dr.minimum(mi.UInt32(sample2.x * mi.Float(count)), count - 1)
         index = first + inner
         weight = dr.gather(mi.Color3f, self._power, index, active)
@@ -124,11 +130,6 @@ def importance(rays: Rays) -> NDArray[np.float64]:
     total = power.sum(0)
     result: NDArray[np.float64] = (power[:, total > 0] / total[total > 0]).mean(1)
     return result
-
-
-def register() -> None:
-    """Makes the plugin known to the variant in use, for which this module was loaded."""
-    mi.register_emitter(NAME, RayFileEmitter)
 
 
 def _scale(rays: Rays, props: mi.Properties, name: str) -> float:
