@@ -1,7 +1,7 @@
-"""Networks with what Python says of them, for the tests of the page's translator.
+"""Networks with what Python says of them, for the page's translator.
 
-Every operator by the cases of tests/unit/format/test_operators.py, and networks drawn and damaged at
-random by tests/fuzz.
+Every operator by the cases of tests/unit/format/test_operators.py, and networks that are drawn and
+damaged at random by tests/fuzz.
 """
 
 from __future__ import annotations
@@ -99,15 +99,20 @@ def wrapped(nodes: list[Any], constants: dict[str, Any], shape: tuple[int, ...])
 
 def model(nodes: list[Any], constants: dict[str, Any]) -> bytes:
     used = {name for made in nodes for name in made.input}
-    tensors = [numpy_helper.from_array(np.asarray(v), k) for k, v in constants.items() if k in used]
+    own = [numpy_helper.from_array(np.asarray(v), k) for k, v in constants.items() if k in used]
     ports = [
         [helper.make_tensor_value_info(k, TensorProto.FLOAT, ["N", *v]) for k, v in shapes.items()]
         for shapes in SIGNATURES[NETWORK]
     ]
-    graph = helper.make_graph(nodes, "g", *ports, tensors)
+    graph = helper.make_graph(nodes, "g", *ports, own)
     opset = [helper.make_opsetid("", 18)]
     made: onnx.ModelProto = helper.make_model(graph, opset_imports=opset, ir_version=10)
     return made.SerializeToString()
+
+
+def tensors(floats: dict[str, np.ndarray]) -> list[onnx.TensorProto]:
+    """Initializers of float32."""
+    return [numpy_helper.from_array(v.astype(np.float32), k) for k, v in floats.items()]
 
 
 def wide() -> Iterator[tuple[str, bytes]]:
@@ -135,8 +140,15 @@ def wide() -> Iterator[tuple[str, bytes]]:
         )  # fmt: skip
     for dtype, name in ((np.int32, "32"), (np.int64, "64")):
         numbers = rng.integers(-(2**30), 2**30, (50, 3)).astype(dtype)
-        nodes = [*_index(50), node("Gather", ["table", "i"], ["g"]), node("Cast", ["g"], ["z"], to=1)]
-        yield f"whole numbers of {name} bits", wrapped(nodes, {"table": numbers, **_HUNDRED}, (4, 3))
+        nodes = [
+            *_index(50),
+            node("Gather", ["table", "i"], ["g"]),
+            node("Cast", ["g"], ["z"], to=1),
+        ]
+        yield (
+            f"whole numbers of {name} bits",
+            wrapped(nodes, {"table": numbers, **_HUNDRED}, (4, 3)),
+        )
     for op, number in (("Mul", 2**40 + 12345), ("Add", 2**55), ("Sub", 2**61), ("Max", 2**45)):
         nodes = [
             *_index(1000), node("Mul", ["i", "large"], ["l"]), node(op, ["l", "given"], ["m"]),
@@ -146,8 +158,11 @@ def wide() -> Iterator[tuple[str, bytes]]:
             node("Cast", ["s"], ["z"], to=1),
         ]  # fmt: skip
         constants = {
-            "large": np.array([2**35 + 7]), "given": np.array([number]), "half": np.array([2**50]),
-            "divisor": np.array([1_000_003]), **_HUNDRED,
+            "large": np.array([2**35 + 7]),
+            "given": np.array([number]),
+            "half": np.array([2**50]),
+            "divisor": np.array([1_000_003]),
+            **_HUNDRED,
         }
         yield f"{op} of large numbers", wrapped(nodes, constants, (4,))
 
