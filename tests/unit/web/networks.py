@@ -116,7 +116,7 @@ def tensors(floats: dict[str, np.ndarray]) -> list[onnx.TensorProto]:
 
 
 def wide() -> Iterator[tuple[str, bytes]]:
-    """What does not fit into four columns: arrays of vectors, long sums, whole numbers of 64 bits."""
+    """What needs more than four columns: arrays of vectors, long sums, numbers of 64 bits."""
     node, rng = helper.make_node, np.random.default_rng(5)
     for width in (9, 30, 64, 257):
         nodes = [
