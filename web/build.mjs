@@ -3,6 +3,7 @@
 
 import { createHash } from "node:crypto";
 import { mkdirSync, readdirSync, readFileSync, writeFileSync } from "node:fs";
+import { dirname } from "node:path";
 import { gzipSync } from "node:zlib";
 import { build } from "esbuild";
 
@@ -62,6 +63,7 @@ const parts = {
   POLICY: policy(script, style), LICENSES: licenses(), STYLE: style, LAMPS: lamps(), SCRIPT: script,
 };
 const page = read("src/page/index.html").replace(/%([A-Z]+)%/g, (_, name) => parts[name]);
-mkdirSync(new URL("dist/", HERE), { recursive: true });
-writeFileSync(new URL("dist/index.html", HERE), page);
-console.log(`dist/index.html: ${(page.length / 1e3).toFixed(0)} kB`);
+const output = process.argv[2] ?? new URL("dist/index.html", HERE).pathname;
+mkdirSync(dirname(output), { recursive: true });
+writeFileSync(output, page);
+console.log(`${output}: ${(Buffer.byteLength(page) / 1e3).toFixed(0)} kB`);

@@ -32,7 +32,8 @@ def tables() -> dict[str, Any]:
         "FORMAT_VERSION": FORMAT_VERSION,
         "UNITS": UNITS,
         "MANIFEST_BOUNDS": {
-            "smallest": manifest.SMALLEST, "largest": manifest.LARGEST, "faintest": manifest.FAINTEST
+            "smallest": manifest.SMALLEST, "largest": manifest.LARGEST,
+            "faintest": manifest.FAINTEST,
         },
         "KINDS": {name: _kind(kind) for name, kind in KINDS.items()},
         "ABILITIES": ABILITIES,

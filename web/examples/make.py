@@ -69,7 +69,7 @@ def network(name: str, output: str, radius: float, formula: Formula) -> bytes:
 
 
 def _rod(ray: Ray) -> tuple[Value, Value]:
-    """How much of the rod and of its halo a ray sees: [N, 1] each, by its point next to the axis."""
+    """How much of the rod and of its halo a ray sees, by its point next to the axis: [N, 1]."""
     graph = ray.graph
     nearest = ray.place - graph.sum(ray.place * ray.outgoing) * ray.outgoing
     x, y, z = graph.columns(nearest)
@@ -90,7 +90,7 @@ def globe_light(ray: Ray) -> Value:
 
 
 def globe_clear(ray: Ray) -> Value:
-    """Fresnel's fall towards the rim, twice; the rod and the cap at either end hide what is behind."""
+    """Fresnel's fall towards the rim, twice; the rod and the cap hide what is behind."""
     graph = ray.graph
     rod, _ = _rod(ray)
     limb = 1.0 - ray.facing

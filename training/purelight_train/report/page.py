@@ -120,6 +120,23 @@ class Cover:
 
 
 @dataclass(frozen=True)
+class Link:
+    """A heading, a text, and where to go from there."""
+
+    heading: str
+    text: str
+    address: str
+    label: str
+
+    def html(self) -> str:
+        """The link as a section."""
+        link = f'<a href="{escape(self.address)}">{escape(self.label)}</a>'
+        return (
+            f"<section><h2>{escape(self.heading)}</h2><p>{escape(self.text)} {link}</p></section>"
+        )
+
+
+@dataclass(frozen=True)
 class Warnings:
     """What the reader should know before anything else; nothing if there is nothing."""
 
@@ -171,7 +188,7 @@ def _curve(title: str, values: Sequence[float]) -> str:
     )
 
 
-Section = Cover | Row | Wipe | Table | Curves | Warnings
+Section = Cover | Row | Wipe | Table | Curves | Link | Warnings
 
 
 def write_page(path: Path, title: str, lead: str, sections: Sequence[Section]) -> None:

@@ -52,6 +52,7 @@ const NODE = {
   1: ["input", "bytes", MANY], 2: ["output", "bytes", MANY], 3: ["name", "bytes"],
   4: ["op_type", "bytes"], 5: ["attribute", () => ATTRIBUTE, MANY], 6: ["doc_string", "bytes"],
   7: ["domain", "bytes"], 8: ["overload", "bytes"], 9: PROPERTIES,
+  10: ["device_configurations", () => ({}), MANY],
 };
 const GRAPHS = {
   1: ["node", () => NODE, MANY], 2: ["name", "bytes"], 5: ["initializer", () => TENSOR, MANY],
@@ -65,6 +66,7 @@ const MODEL = {
   1: ["ir_version", "int"], 6: ["doc_string", "bytes"], 7: ["graph", () => GRAPHS],
   8: ["opset_import", () => OPSET, MANY], 14: PROPERTIES,
   20: ["training_info", () => TRAINING, MANY], 25: ["functions", () => FUNCTION, MANY],
+  26: ["configuration", () => ({}), MANY],
 };
 
 /** The fields of a model, none of which is trusted yet. */

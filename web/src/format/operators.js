@@ -63,9 +63,15 @@ export class Node {
     return wholeNumbers(tensor);
   }
 
+  /** The same as they are stated, to the last digit. */
+  stated(index) {
+    return Array.from(this.inputs[index].value);
+  }
+
   /** Axes given as an initializer, counted without the rows; never the rows, none twice. */
   axes(index, rank) {
-    const axes = this.numbers(index).map((axis) => this.axis(axis, rank));
+    this.numbers(index);
+    const axes = this.stated(index).map((axis) => this.axis(axis, rank));
     if (new Set(axes).size !== axes.length) {
       this.badShape("an axis is named twice");
     }
@@ -284,7 +290,7 @@ function split(node) {
   const sum = sizes.reduce((a, b) => a + b, 0);
   const empty = sizes.some((size) => size < 1) || !sizes.length;
   if (empty || sum !== x.shape[axis] || sizes.length !== node.outputs) {
-    node.badShape(`sizes ${list(sizes)} do not make up ${x.shape[axis]}`);
+    node.badShape(`sizes ${list(node.stated(1))} do not make up ${x.shape[axis]}`);
   }
   return sizes.map((size) => new Tensor(x.type, x.shape.toSpliced(axis, 1, size)));
 }
@@ -323,7 +329,7 @@ function reshape(node) {
   }
   const sizes = target.slice(1);
   if (sizes.some((size) => size < 1) || product(sizes) !== x.size) {
-    node.badShape(`a row of ${tuple(x.shape)} cannot become ${list(sizes)}`);
+    node.badShape(`a row of ${tuple(x.shape)} cannot become ${list(node.stated(1).slice(1))}`);
   }
   return [new Tensor(x.type, sizes)];
 }

@@ -1,6 +1,6 @@
 // Vetting of a network (onnx_profile.md): a walk over the graph that computes nothing but shapes.
 
-import { badUtf8, decode } from "./bytes.js";
+import { decode } from "./bytes.js";
 import { nanoseconds, products } from "./cost.js";
 import { fail, issue } from "./issues.js";
 import { typed } from "./npy.js";
@@ -8,7 +8,7 @@ import { readModel, tooLarge } from "./onnx.js";
 import { Node, OPERATORS } from "./operators.js";
 import { FLAGS, KINDS, LIMITS, PROFILE } from "./tables.js";
 import { ARRAYS, FLOAT, product, Tensor, TYPES } from "./tensors.js";
-import { isPrintable, list, repr, tuple } from "./text.js";
+import { bytesText, isPrintable, list, repr, tuple } from "./text.js";
 
 const [FLOAT_ATTRIBUTE, INT, GRAPH, INTS, GRAPHS] = [1, 2, 5, 7, 10]; // As in AttributeProto.
 const VALUES = { [FLOAT_ATTRIBUTE]: "f", [INT]: "i", [INTS]: "ints" };
@@ -52,12 +52,14 @@ function asName(bytes) {
   return bytes === undefined ? "" : decode(bytes);
 }
 
-/** A text that must be UTF-8. */
-function asText(bytes, where) {
-  if (bytes !== undefined && badUtf8(bytes) >= 0) {
-    fail("PLX_ONNX_PARSE", where);
-  }
-  return bytes === undefined ? "" : decode(bytes);
+/** A text, or what Python shows of bytes that are no UTF-8. */
+function asText(bytes) {
+  return asName(bytes) ?? bytesText(bytes.subarray(0, 80));
+}
+
+function asRepr(bytes) {
+  const name = asName(bytes);
+  return name === undefined ? bytesText(bytes.subarray(0, 80)) : repr(cut(name));
 }
 
 function cut(name) {
@@ -75,7 +77,7 @@ function requireHeader(model, where) {
     fail("PLX_ONNX_IR_VERSION", where, { version, expected: PROFILE.ir_version });
   }
   const imports = model.opset_import ?? [];
-  imports.forEach((opset) => requireDomain(asText(opset.domain, where), where));
+  imports.forEach((opset) => requireDomain(asText(opset.domain), where));
   const versions = imports.map((opset) => opset.version ?? 0);
   if (versions.length !== 1 || versions[0] !== PROFILE.opset) {
     const found = { version: list(versions.slice(0, 4)), expected: PROFILE.opset };
@@ -112,7 +114,7 @@ function requireCounts(graph, where, limits) {
       tooLarge(where, what, count, limits[what]);
     }
   }
-  const named = (graph.node ?? []).map((node) => asText(node.name, where)).filter(Boolean);
+  const named = (graph.node ?? []).map((node) => asText(node.name)).filter(Boolean);
   if (new Set(named).size !== named.length) {
     fail("PLX_ONNX_DUPLICATE_NAME", where, { name: "of a node" });
   }
@@ -123,8 +125,8 @@ function requireSignature(values, expected, where) {
   const wanted = Object.entries(expected);
   const fits = wanted.every(([name, shape], k) => {
     const type = values[k]?.type?.tensor_type ?? {};
-    const sizes = (type.shape?.dim ?? []).map((size) => sizeOf(size, where));
-    return values[k] && asText(values[k].name, where) === name && (type.elem_type ?? 0) === 1
+    const sizes = (type.shape?.dim ?? []).map(sizeOf);
+    return values[k] && asText(values[k].name) === name && (type.elem_type ?? 0) === 1
       && sizes.length === shape.length + 1
       && [PROFILE.rows, ...shape].every((size, i) => size === sizes[i]);
   });
@@ -135,9 +137,9 @@ function requireSignature(values, expected, where) {
   }
 }
 
-function sizeOf(dimension, where) {
+function sizeOf(dimension) {
   const isNumber = dimension.given.has("dim_value");
-  return isNumber ? dimension.dim_value : asText(dimension.dim_param, where);
+  return isNumber ? dimension.dim_value : asText(dimension.dim_param);
 }
 
 function* warningsOf(model, graph, where) {
@@ -224,13 +226,13 @@ function walk(protos, values, where, limits) {
 }
 
 function readNode(proto, values, where, limits) {
-  requireDomain(asText(proto.domain, where), where);
-  const op = asText(proto.op_type, where);
+  requireDomain(asText(proto.domain), where);
+  const op = asText(proto.op_type);
   if (!OPERATORS.has(op) || proto.overload?.length) {
     fail("PLX_ONNX_OP_NOT_ALLOWED", where, { op: cut(op) });
   }
   const { least, most, attributes } = OPERATORS.get(op);
-  const names = (proto.input ?? []).map(asName);
+  const names = (proto.input ?? []).map(asText);
   const outputs = proto.output?.length ?? 0;
   const fits = names.length >= least && names.length <= Math.min(most, limits.node_inputs);
   if (!fits || outputs > limits.node_outputs) {
@@ -250,17 +252,17 @@ function readNode(proto, values, where, limits) {
 function readAttributes(protos, op, allowed, where, limits) {
   const attributes = new Map();
   for (const proto of protos) {
-    const name = asText(proto.name, where);
+    const name = asText(proto.name);
     if ([GRAPH, GRAPHS].includes(proto.type) || proto.given.has("g") || proto.graphs?.length) {
       fail("PLX_ONNX_SUBGRAPH", where, { name: cut(name) });
     }
     if (!allowed.includes(name) || attributes.has(name) || proto.ref_attr_name?.length) {
-      const what = `${op}: attribute ${repr(cut(name))}`;
+      const what = `${op}: attribute ${asRepr(proto.name)}`;
       fail("PLX_ONNX_ATTRIBUTE", where, { what });
     }
     const stated = [...proto.given].filter((f) => !["name", "type", VALUES[proto.type]].includes(f));
     if (stated.length) {
-      fail("PLX_ONNX_ATTRIBUTE", where, { what: `${op}: ${repr(cut(name))} holds more` });
+      fail("PLX_ONNX_ATTRIBUTE", where, { what: `${op}: ${asRepr(proto.name)} holds more` });
     }
     attributes.set(name, attributeValue(proto, name, where, limits));
   }

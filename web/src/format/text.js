@@ -38,6 +38,11 @@ export function repr(text) {
   return mark + text.replaceAll("\\", "\\\\").replaceAll(mark, `\\${mark}`) + mark;
 }
 
+/** Python's repr of bytes. */
+export function bytesText(bytes) {
+  return `b'${Array.from(bytes, (byte) => escaped(String.fromCharCode(byte))).join("")}'`;
+}
+
 /** Python's repr of a list of whole numbers. */
 export function list(numbers) {
   return `[${numbers.join(", ")}]`;

@@ -1,7 +1,7 @@
-"""Networks with what Python says of them, for the tests of the page's translator.
+"""Networks with what Python says of them, for the page's translator.
 
-Every operator by the cases of tests/unit/format/test_operators.py, and networks drawn and damaged at
-random by tests/fuzz.
+Every operator by the cases of tests/unit/format/test_operators.py, and networks that are drawn and
+damaged at random by tests/fuzz.
 """
 
 from __future__ import annotations
@@ -99,19 +99,24 @@ def wrapped(nodes: list[Any], constants: dict[str, Any], shape: tuple[int, ...])
 
 def model(nodes: list[Any], constants: dict[str, Any]) -> bytes:
     used = {name for made in nodes for name in made.input}
-    tensors = [numpy_helper.from_array(np.asarray(v), k) for k, v in constants.items() if k in used]
+    own = [numpy_helper.from_array(np.asarray(v), k) for k, v in constants.items() if k in used]
     ports = [
         [helper.make_tensor_value_info(k, TensorProto.FLOAT, ["N", *v]) for k, v in shapes.items()]
         for shapes in SIGNATURES[NETWORK]
     ]
-    graph = helper.make_graph(nodes, "g", *ports, tensors)
+    graph = helper.make_graph(nodes, "g", *ports, own)
     opset = [helper.make_opsetid("", 18)]
     made: onnx.ModelProto = helper.make_model(graph, opset_imports=opset, ir_version=10)
     return made.SerializeToString()
 
 
+def tensors(floats: dict[str, np.ndarray]) -> list[onnx.TensorProto]:
+    """Initializers of float32."""
+    return [numpy_helper.from_array(v.astype(np.float32), k) for k, v in floats.items()]
+
+
 def wide() -> Iterator[tuple[str, bytes]]:
-    """What does not fit into four columns: arrays of vectors, long sums, whole numbers of 64 bits."""
+    """What needs more than four columns: arrays of vectors, long sums, numbers of 64 bits."""
     node, rng = helper.make_node, np.random.default_rng(5)
     for width in (9, 30, 64, 257):
         nodes = [
