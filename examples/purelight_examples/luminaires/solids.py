@@ -1,4 +1,4 @@
-"""Closed bodies and open sheets that lamps of any kind are made of, besides the examples' parts."""
+"""Closed bodies and open sheets that lamps of any kind are made of, besides `parts`."""
 
 from __future__ import annotations
 
