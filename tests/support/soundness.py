@@ -43,6 +43,12 @@ class Shell:
         return RayMeshIntersector(self.mesh, scale_to_box=False)
 
     @cached_property
+    def bounds(self) -> Floats:
+        """Its least and greatest coordinates: [2, 3]."""
+        bounds: Floats = self.mesh.bounds
+        return bounds
+
+    @cached_property
     def edges(self) -> Floats:
         """Ends of its edges: [E, 2, 3]."""
         ends: Floats = self.mesh.vertices[self.mesh.edges_unique]
@@ -80,6 +86,9 @@ def split(body: Body) -> list[Shell]:
 
 def meet(a: Shell, b: Shell) -> bool:
     """Whether an edge of one surface passes through the other, or touches it."""
+    (a_low, a_high), (b_low, b_high) = a.bounds, b.bounds
+    if (a_high < b_low).any() or (b_high < a_low).any():
+        return False
     return _pierced(a, b) or _pierced(b, a)
 
 
@@ -99,7 +108,7 @@ def _body_faults(body: Body) -> Iterator[str]:
 
 def _pierced(a: Shell, b: Shell) -> bool:
     """Whether an edge of `a` meets a triangle of `b`."""
-    low, high = b.mesh.bounds
+    low, high = b.bounds
     ends = a.edges
     near = ((ends.min(1) <= high) & (ends.max(1) >= low)).all(1)
     if not near.any():
@@ -131,6 +140,9 @@ def _depth_faults(shells: list[Shell]) -> Iterator[str]:
 
 def _winding(shell: Shell, point: Floats) -> int:
     """How often a closed surface goes around a point: -1 for a hollow."""
+    low, high = shell.bounds
+    if (point < low).any() or (point > high).any():
+        return 0
     a, b, c = (shell.mesh.triangles[:, k] - point for k in range(3))
     sides = [np.cross(p, q) @ AWAY for p, q in ((a, b), (b, c), (c, a))]
     front = np.all([s > 0 for s in sides], 0)
