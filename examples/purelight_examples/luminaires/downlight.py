@@ -46,13 +46,14 @@ class Downlight(Lamp):
     kelvin: float = 3000.0
 
     def parts(self) -> list[Part]:
-        """LED, lens, heat sink, baffle and trim; built upwards, then hung upside down."""
+        """LED, lens and its holder, heat sink, baffle, trim; built upwards, then hung upside down."""
         outline = self._lens()
         top = float(outline[:, 1].max())
         led = revolve([[0, -0.0008], [self.led, -0.0008], [self.led, 0], [0, 0]], 32)
         made = [
             Part("led", led, PHOSPHOR, radiance(self.lumens, self.kelvin, led.area)),
             Part("lens", self._pillows(revolve(outline, 96), top), ACRYLIC),
+            Part("holder", self._holder(), ALUMINIUM),
             Part("sink", self._sink(float(outline[:, 0].max())), ALUMINIUM),
             Part("baffle", self._baffle(top), BLACK),
             Part("trim", self._trim(top), WHITE),
@@ -83,6 +84,14 @@ class Downlight(Lamp):
         face = (z > top - 1e-9) & (r < r.max() - 0.003)
         lens.vertices = np.stack((x, y, z + np.where(face, self.pillow * bulge, 0)), 1)
         return lens
+
+    def _holder(self) -> trimesh.Trimesh:
+        """A thin cup around the lens's side."""
+        outline = self._lens()
+        side = outline[len(outline) - 27 - 24 : len(outline) - 27]
+        side = side[[0, 8, 14, 18, 21]] + (0.0025, 0.0)
+        foot = [side[0] - (0, 0.0014)]
+        return solids.lathe(solids.band(np.concatenate((foot, side)), 0.001), 64)
 
     def _sink(self, reach: float) -> trimesh.Trimesh:
         """A round heat sink below the LED, with fins."""
