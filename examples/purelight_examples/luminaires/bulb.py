@@ -73,10 +73,10 @@ class Bulb:
         across, high = 0.45 * (self.neck - self.wall), self.neck_top - self.wall - 0.001
         wires = []
         for side in (-1.0, 1.0):
-            end = np.array([side * (0.5 * self.length + 3 * self.wire), 0.0, -self.coil])
-            path = [end, end + (side * 0.001, 0, 0.5 * self.radius),
+            end, rise = 0.5 * self.length + 3 * self.wire, 0.5 * self.radius - self.coil
+            path = [(side * end, 0, -self.coil), (side * (end + 0.001), 0, rise),
                     (side * across, 0, 0.9 * self.radius), (side * across, 0, high)]  # fmt: skip
-            wires.append(tube(path, 0.7 * self.wire, sides=6))
+            wires.append(tube(np.array(path), 0.7 * self.wire, sides=6))
         return joined(wires)
 
     def glass(self) -> trimesh.Trimesh:

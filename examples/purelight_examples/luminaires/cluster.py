@@ -78,15 +78,30 @@ class Cluster(Lamp):
     def _holder(self) -> trimesh.Trimesh:
         """A cap over the outer globe's neck."""
         inner, low, top = self._mouth + GAP, self._top - 0.008, self._top + GAP
-        profile = [[0, top], [inner, top], [inner, low], [inner + 0.002, low],
-                   [inner + 0.002, top + 0.002], [0.4 * inner, top + 0.012], [0, top + 0.012]]
+        profile = [
+            [0, top],
+            [inner, top],
+            [inner, low],
+            [inner + 0.002, low],
+            [inner + 0.002, top + 0.002],
+            [0.4 * inner, top + 0.012],
+            [0, top + 0.012],
+        ]
         return revolve(profile, 32)  # fmt: skip
 
     def _tree(self, poses: list[Floats]) -> trimesh.Trimesh:
         """A rod to each lobe from a turned hub on a stem."""
         high = 0.17
-        hub = [[0, high - 0.02], [0.012, high - 0.016], [0.026, high], [0.026, high + 0.012],
-               [0.01, high + 0.028], [0.006, high + 0.05], [0.006, high + 0.12], [0, high + 0.12]]
+        hub = [
+            [0, high - 0.02],
+            [0.012, high - 0.016],
+            [0.026, high],
+            [0.026, high + 0.012],
+            [0.01, high + 0.028],
+            [0.006, high + 0.05],
+            [0.006, high + 0.12],
+            [0, high + 0.12],
+        ]
         rods = [self._rod(pose, high) for pose in poses]  # fmt: skip
         return joined([revolve(hub, 40), *rods])
 
@@ -95,9 +110,10 @@ class Cluster(Lamp):
         out = pose[:3, 3] * (1, 1, 0)
         length = float(np.linalg.norm(out))
         if length == 0:
-            return tube([foot, 0.5 * (foot + (0, 0, high)), (0, 0, high - 0.022)], 0.003, 8)
+            rise = high - 0.022 - foot[2]
+            return tube(foot + np.outer([0, 0.5, 1], (0, 0, rise)), 0.003, 8)
         start = out / length * 0.03 + (0, 0, high + 0.006)
         t = np.linspace(0, 1, 9)[:, None]
-        corner = out + (0, 0, high + 0.006)
+        corner = out + np.array((0, 0, high + 0.006))
         path = (1 - t) ** 2 * foot + 2 * t * (1 - t) * corner + t**2 * start
         return tube(path, 0.003, 8)

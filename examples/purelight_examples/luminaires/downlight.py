@@ -46,10 +46,10 @@ class Downlight(Lamp):
     kelvin: float = 3000.0
 
     def parts(self) -> list[Part]:
-        """LED, lens and its holder, heat sink, baffle, trim; built upwards, then hung upside down."""
+        """LED, lens, holder, heat sink, baffle, trim; built upwards, then hung upside down."""
         outline = self._lens()
         top = float(outline[:, 1].max())
-        led = revolve([[0, -0.0008], [self.led, -0.0008], [self.led, 0], [0, 0]], 32)
+        led = revolve([[0, -8e-4], [self.led, -8e-4], [self.led, 0.0], [0, 0.0]], 32)
         made = [
             Part("led", led, PHOSPHOR, radiance(self.lumens, self.kelvin, led.area)),
             Part("lens", self._pillows(revolve(outline, 96), top), ACRYLIC),
@@ -114,6 +114,13 @@ class Downlight(Lamp):
     def _trim(self, top: float) -> trimesh.Trimesh:
         """The ring that is seen from the room."""
         inner, outer, low = self.trim - 0.0105, self.trim, top + self.recess
-        loop = [[inner, low - 0.012], [inner + 0.002, low - 0.012], [inner + 0.003, low - 0.003],
-                [outer, low - 0.002], [outer, low - 0.0005], [outer - 0.002, low], [inner, low]]
+        loop = [
+            [inner, low - 0.012],
+            [inner + 0.002, low - 0.012],
+            [inner + 0.003, low - 0.003],
+            [outer, low - 0.002],
+            [outer, low - 0.0005],
+            [outer - 0.002, low],
+            [inner, low],
+        ]
         return solids.lathe(loop, 72)  # fmt: skip

@@ -82,7 +82,9 @@ class Flower(Lamp):
 
     def _leads(self) -> trimesh.Trimesh:
         wires = [
-            tube([(s * 0.0175, 0, -0.059), (s * 0.0175, 0, -0.03), (s * 0.008, 0, -0.004)], 0.0007, 6)
+            tube(
+                [(s * 0.0175, 0, -0.059), (s * 0.0175, 0, -0.03), (s * 0.008, 0, -0.004)], 0.0007, 6
+            )
             for s in (-1, 1)
         ]
         return joined(wires)

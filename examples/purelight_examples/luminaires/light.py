@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from purelight_examples.luminaires.lamp_scene import RGB
-from purelight_format.color import LUMINANCE
+from purelight_format.color import LUMENS_PER_WATT, LUMINANCE
 
-LUMENS_PER_WATT = 683.0
 RADIATION = 1.438776877e-2  # second constant of radiation, m K
 TO_REC709 = np.array([
     [3.2404542, -1.5371385, -0.4985314],

@@ -59,7 +59,8 @@ class LinearLed(Lamp):
         sides = [side - 2 * self.wall - 0.002 for side in (self.length, self.width)]
         count = [2 * round(side / self.prism) for side in sides]
         x, y = (
-            np.linspace(-0.5 * side, 0.5 * side, n + 1) for side, n in zip(sides, count, strict=True)
+            np.linspace(-0.5 * side, 0.5 * side, n + 1)
+            for side, n in zip(sides, count, strict=True)
         )
         i, j = np.meshgrid(*(np.arange(n + 1) for n in count), indexing="ij")
         deep = 0.25 * self.prism * (i % 2 + j % 2)

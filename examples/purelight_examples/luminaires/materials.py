@@ -40,7 +40,9 @@ def matt_paint(reflectance: RGB) -> Material:
 
 def glaze(color: RGB, alpha: float = 0.08) -> Material:
     """Glazed ceramic or lacquer: colour below a smooth coat."""
-    return Material("roughplastic", {"alpha": alpha, "int_ior": 1.5}, {"diffuse_reflectance": color})
+    return Material(
+        "roughplastic", {"alpha": alpha, "int_ior": 1.5}, {"diffuse_reflectance": color}
+    )
 
 
 def fabric(color: RGB, through: float = 1.0) -> Material:

@@ -57,7 +57,7 @@ class Medieval(Lamp):
     bulb: Bulb = field(default_factory=lambda: Bulb(radius=0.032, length=0.02, turns=6))
 
     def parts(self) -> list[Part]:
-        """The bulb on its socket, enamel plates below and above, glass, a pierced enamel liner, bronze."""
+        """The bulb, enamel plates below and above, glass, a pierced enamel liner, bronze."""
         stand = shift(z=-self.drop) @ turn("x", 180)
         cup_top = -self.drop - self.bulb.top - GAP
         wide = 0.95 * (GLASS * self.radius - self.glass_wall)
@@ -103,10 +103,18 @@ class Medieval(Lamp):
     def _roof(self) -> trimesh.Trimesh:
         """A pyramid with a knob and a ring above the walls, and a floor with a drop below."""
         r, z = self.radius, self._high + GAP
-        roof = [[0, z], [1.08 * r, z], [1.08 * r, z + 0.006], [0.75 * r, z + 0.035],
-                [0.3 * r, z + 0.075], [0.12 * r, z + 0.085], [0.12 * r, z + 0.1], [0, z + 0.105]]
-        floor = [[0, -z - 0.03], [0.12 * r, -z - 0.024], [0.6 * r, -z - 0.01], [1.05 * r, -z - 0.005],
-                 [1.05 * r, -z], [0, -z]]  # fmt: skip
+        roof = [
+            [0, z],
+            [1.08 * r, z],
+            [1.08 * r, z + 0.006],
+            [0.75 * r, z + 0.035],
+            [0.3 * r, z + 0.075],
+            [0.12 * r, z + 0.085],
+            [0.12 * r, z + 0.1],
+            [0, z + 0.105],
+        ]
+        floor = [[0, -z - 0.03], [0.12 * r, -z - 0.024], [0.6 * r, -z - 0.01],
+                 [1.05 * r, -z - 0.005], [1.05 * r, -z], [0, -z]]  # fmt: skip
         path = solids.circle(0.016, 24) @ np.array([[1, 0, 0], [0, 0, 1], [0, 1, 0]])
-        eye = solids.ring(path + (0, 0, z + 0.105 + 0.016 + 0.003 + GAP), 0.003, 8)
+        eye = solids.ring(path + np.array((0, 0, z + 0.105 + 0.019 + GAP)), 0.003, 8)
         return joined([revolve(roof, SIDES), revolve(floor, SIDES), eye])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+import numpy as np
 import trimesh
 
 from purelight_examples.luminaires import solids
@@ -67,9 +68,16 @@ class Modern(Lamp):
         """A plate with a stem, and a pin above each crystal."""
         edge = self.far + 2 * self.thick
         low = high + 0.004
-        plate = [[0, low], [edge, low], [edge, low + 0.008], [0.02, low + 0.01],
-                 [0.008, low + 0.03], [0.008, low + 0.1], [0, low + 0.1]]
-        pin = tube([[0, 0, 0], [0, 0, 0.004], [0, 0, 0.009]], 0.0015, 6)  # fmt: skip
+        plate = [
+            [0, low],
+            [edge, low],
+            [edge, low + 0.008],
+            [0.02, low + 0.01],
+            [0.008, low + 0.03],
+            [0.008, low + 0.1],
+            [0, low + 0.1],
+        ]
+        pin = tube(np.outer([0, 0.004, 0.009], [0, 0, 1]), 0.0015, 6)
         poses = [*around(self.inner, self.near, high - 0.0105),
                  *around(self.outer, self.far, high - 0.0105)]  # fmt: skip
         return joined([revolve(plate, 72), copies(pin, poses)])
@@ -97,5 +105,11 @@ def _rod(radius: float, length: float) -> trimesh.Trimesh:
 
 def _drop(radius: float) -> trimesh.Trimesh:
     """A cut drop that hangs from the origin."""
-    rings = [(0.2, 0.0, -4.2), (0.8, 0.5, -3.6), (1.0, 0.0, -2.8), (0.7, 0.5, -1.6), (0.15, 0.0, 0.0)]
+    rings = [
+        (0.2, 0.0, -4.2),
+        (0.8, 0.5, -3.6),
+        (1.0, 0.0, -2.8),
+        (0.7, 0.5, -1.6),
+        (0.15, 0.0, 0.0),
+    ]
     return solids.gem([(radius * r, turn, radius * z) for r, turn, z in rings], 8)

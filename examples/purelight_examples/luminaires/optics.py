@@ -26,14 +26,12 @@ def collimating_front(index: float, distance: float, reach: float, steps: int = 
     return np.stack((at, np.interp(at, r, z)), 1)
 
 
-def reflecting_side(
-    index: float, wall: float, foot: float, last: float, steps: int = 24
-) -> Floats:
+def reflecting_side(index: float, wall: float, foot: float, last: float, steps: int = 24) -> Floats:
     """A surface that reflects light totally along +Z: [K, 2] of (r, z) from its foot at z = 0.
 
     The light leaves the origin between the horizon and `last`, enters the lens through an upright
-    wall of radius `wall`, where sin(t) = cos(theta) / n, and meets the surface, whose tangent halves
-    the angle between it and +Z. The surface is followed from ray to ray.
+    wall of radius `wall`, where sin(t) = cos(theta) / n, and meets the surface, whose tangent
+    halves the angle between it and +Z. The surface is followed from ray to ray.
 
     Arguments:
         foot: radius at which it begins.

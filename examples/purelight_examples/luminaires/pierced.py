@@ -32,12 +32,12 @@ def pierced(
     outline = hole(angle)[:, None] * np.stack((np.cos(angle), np.sin(angle)), 1)
     column, row = np.meshgrid(np.arange(columns), np.arange(rows), indexing="ij")
     middle = np.stack((column, row), -1).reshape(-1, 1, 1, 2) + 0.5
-    sheet = (middle + 0.5 * np.stack((square, outline))) / (columns, rows)
+    sheet: Floats = (middle + 0.5 * np.stack((square, outline))) / np.array((columns, rows))
     corners, index = np.unique(_keys(sheet.reshape(-1, 2)), axis=0, return_inverse=True)
     count = len(square)
     rim, lip = index.reshape(-1, 2, count).transpose(1, 0, 2)
-    faces = _faces(rim, lip, corners[:, 1] * GRID, len(corners))
-    flat = corners * GRID
+    flat = np.asarray(corners * GRID, np.float64)
+    faces = _faces(rim, lip, flat[:, 1], len(corners))
     return solid(np.concatenate((place(flat, True), place(flat, False))), faces)
 
 

@@ -54,7 +54,7 @@ class StreetLight(Lamp):
             Part("leds", leds, PHOSPHOR, radiance(self.lumens, self.kelvin, leds.area)),
             Part("lenses", copies(self._lens(), places), ACRYLIC),
             Part("board", solids.prism(_rounded(*half, 0.006), -0.002, 0.0), WHITE),
-            Part("cover", solids.prism(_rounded(half[0] + 0.004, half[1] + 0.004, 0.01), 0.024, 0.028),
+            Part("cover", self._cover(half),
                  BK7),
             Part("housing", self._housing(half), GREY),
         ]  # fmt: skip
@@ -75,9 +75,13 @@ class StreetLight(Lamp):
         outer[:, 0] *= 1.25
         hollow = 0.36 * self.lens * np.stack((np.sin(polar[::-2]), 1.25 * np.cos(polar[::-2])), 1)
         outer[0, 0] = hollow[-1, 0] = 0.0
-        body = revolve(np.concatenate((outer, hollow)) + (0, 0.0006), 32)
+        body = revolve(np.concatenate((outer, hollow)), 32).apply_translation([0, 0, 6e-4])
         body.vertices = body.vertices * (1, self.stretch, 1)
         return body
+
+    def _cover(self, half: tuple[float, float]) -> trimesh.Trimesh:
+        outline = _rounded(half[0] + 0.004, half[1] + 0.004, 0.01)
+        return solids.prism(outline, 0.024, 0.028)
 
     def _housing(self, half: tuple[float, float]) -> trimesh.Trimesh:
         """A rim around the glass, a back with fins, and a sleeve for the arm."""
@@ -86,7 +90,9 @@ class StreetLight(Lamp):
         rim = _frame((x, y), 0.012, -0.003, 0.03)
         fin = trimesh.creation.box(extents=(1.6 * half[0], 0.003, 0.022))
         fins = copies(fin, [shift(0, dy, -0.0245) for dy in np.linspace(-0.8, 0.8, 11) * half[1]])
-        sleeve = tube([[-x - 0.002, 0, -0.012], [-x - 0.05, 0, -0.012], [-x - 0.1, 0, -0.012]], 0.02, 24)
+        sleeve = tube(
+            [[-x - 0.002, 0, -0.012], [-x - 0.05, 0, -0.012], [-x - 0.1, 0, -0.012]], 0.02, 24
+        )
         return joined([back, rim, fins, sleeve])
 
 

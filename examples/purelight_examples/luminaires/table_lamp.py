@@ -79,15 +79,18 @@ class TableLamp(Lamp):
         inside = 1 - self.relief
         hoops = []
         for z in (self.height - self.deep + 0.006, self.height - 0.006):
-            hoops.append(solids.ring(solids.circle(inside * self._radius(z) - 0.004, 96, z), 0.0018, 8))
+            hoops.append(
+                solids.ring(solids.circle(inside * self._radius(z) - 0.004, 96, z), 0.0018, 8)
+            )
         z = self.height - 0.006
         reach = inside * self._radius(z) - 0.004 - 0.0018 - GAP
         spoke = tube([[0.012, 0, 0], [0.5 * reach, 0, 0], [reach, 0, 0]], 0.0014, 6)
         spokes = copies(spoke, [pose @ shift(z=z) for pose in around(3, 0.0)])
         hub = revolve([[0, z - 0.004], [0.0105, z - 0.004], [0.0105, z + 0.004], [0.004, z + 0.012],
                        [0.006, z + 0.018], [0, z + 0.022]], 24)  # fmt: skip
-        stem = revolve([[0, foot_top - 0.045], [0.014, foot_top - 0.045], [0.009, foot_top - 0.03],
-                        [0.009, foot_top - 0.01], [0.016, foot_top], [0, foot_top]], 32)  # fmt: skip
+        stem = revolve([[0, foot_top - 0.045], [0.014, foot_top - 0.045],
+                        [0.009, foot_top - 0.03], [0.009, foot_top - 0.01], [0.016, foot_top],
+                        [0, foot_top]], 32)  # fmt: skip
         return joined([*hoops, spokes, hub, stem])
 
     def _foot(self, foot_top: float) -> trimesh.Trimesh:
@@ -96,5 +99,13 @@ class TableLamp(Lamp):
         t = np.linspace(0, 1, 33)
         belly = 0.018 + 0.052 * np.sin(np.pi * t**0.8) ** 1.5 + 0.03 * (1 - t) ** 6
         vase = np.stack((belly, 0.012 + (top - 0.012) * t), 1)
-        profile = [[0, 0], [0.068, 0], [0.072, 0.004], [0.07, 0.01], [0.05, 0.012], *vase[1:], [0, top]]
+        profile = [
+            [0, 0],
+            [0.068, 0],
+            [0.072, 0.004],
+            [0.07, 0.01],
+            [0.05, 0.012],
+            *vase[1:],
+            [0, top],
+        ]
         return revolve(profile, 64)

@@ -42,7 +42,9 @@ class WallSconce(Lamp):
     apart: float = 0.1
     lumens: float = 380.0
     kelvin: float = 2700.0
-    bulb: Bulb = field(default_factory=lambda: Bulb(radius=0.021, neck=0.009, sections=24, steps=16))
+    bulb: Bulb = field(
+        default_factory=lambda: Bulb(radius=0.021, neck=0.009, sections=24, steps=16)
+    )
 
     def parts(self) -> list[Part]:
         """Two bulbs, the glass, and the brass that holds them."""
@@ -75,9 +77,9 @@ class WallSconce(Lamp):
 
     def _arm(self, x: float, z: float) -> trimesh.Trimesh:
         """A bent tube from the plate to above a socket that ends at z."""
-        start = np.array([0.006 + GAP, 0, z + 0.012])
+        start = (0.006 + GAP, 0, z + 0.012)
         path = [start, (x - 0.012, 0, z + 0.012), (x - 0.003, 0, z + 0.009), (x, 0, z)]
-        return tube(path, 0.0035, 12)
+        return tube(np.array(path), 0.0035, 12)
 
     def _hoops(self) -> list[trimesh.Trimesh]:
         """Half rings around the glass near its ends."""

@@ -76,13 +76,23 @@ def _bed() -> list[Part]:
     low, high = -0.4, BACK - 0.14
     middle, long = 0.5 * (low + high), high - low
     frame: list[Box] = [((BED_X, middle, 0.19), (1.72, long, 0.14))]
-    frame += [((BED_X + a * 0.78, middle + b * (0.5 * long - 0.08), 0.06), (0.07, 0.07, 0.12)) for a in (-1, 1) for b in (-1, 1)]
-    head = [((BED_X + 0.43 * k, BACK - 0.08, 0.72), (0.42, 0.09, 0.72)) for k in (-1.5, -0.5, 0.5, 1.5)]
+    frame += [
+        ((BED_X + a * 0.78, middle + b * (0.5 * long - 0.08), 0.06), (0.07, 0.07, 0.12))
+        for a in (-1, 1)
+        for b in (-1, 1)
+    ]
+    head = [
+        ((BED_X + 0.43 * k, BACK - 0.08, 0.72), (0.42, 0.09, 0.72)) for k in (-1.5, -0.5, 0.5, 1.5)
+    ]
     pillows = [_pillow((BED_X + s * 0.4, high - 0.3, 0.62)) for s in (-1, 1)]
     return [
         Part("bed", boxes(frame), WALNUT),
         matt("headboard", boxes(head), (0.3, 0.34, 0.36)),
-        matt("mattress", boxes([((BED_X, middle, 0.38), (1.64, long - 0.06, 0.22))]), (0.78, 0.77, 0.74)),
+        matt(
+            "mattress",
+            boxes([((BED_X, middle, 0.38), (1.64, long - 0.06, 0.22))]),
+            (0.78, 0.77, 0.74),
+        ),
         matt("duvet", _duvet(low, high - 0.62), LINEN),
         matt("pillows", trimesh.util.concatenate(pillows), (0.8, 0.79, 0.76)),
         matt("blanket", _duvet(low + 0.1, low + 0.6, 0.025), (0.45, 0.2, 0.13)),
@@ -117,7 +127,10 @@ def _stands() -> list[Part]:
         x = BED_X + side * 1.15
         body.append(((x, BACK - 0.22, 0.3), (0.46, 0.4, 0.46)))
         fronts += [((x, BACK - 0.43, z), (0.43, 0.02, 0.2)) for z in (0.19, 0.41)]
-    books: list[Box] = [((BED_X - 1.0, BACK - 0.34, 0.545), (0.14, 0.1, 0.025)), ((BED_X - 1.0, BACK - 0.335, 0.57), (0.12, 0.09, 0.02))]
+    books: list[Box] = [
+        ((BED_X - 1.0, BACK - 0.34, 0.545), (0.14, 0.1, 0.025)),
+        ((BED_X - 1.0, BACK - 0.335, 0.57), (0.12, 0.09, 0.02)),
+    ]
     return [
         Part("stands", boxes(body), WALNUT),
         Part("drawers", boxes(fronts), glaze((0.26, 0.15, 0.08), 0.2)),

@@ -42,10 +42,14 @@ class CornellBox(Interior):
         """Walls, blocks, and the cord."""
         h = 0.5 * self.side
         white = trimesh.util.concatenate([
-            wall((0, 0, 0), 3, (h, h)), wall((0, 0, 2 * h), -3, (h, h)), wall((0, h, h), -2, (h, h)),
+            wall((0, 0, 0), 3, (h, h)), wall((0, 0, 2 * h), -3, (h, h)),
+            wall((0, h, h), -2, (h, h)),
         ])  # fmt: skip
         place = self.places()[self.lamp][0]
-        blocks = [self._block(0.6, (0.33, -0.3), -17.0, 0.3), self._block(0.6, (-0.35, 0.35), 20.0, 0.62)]
+        blocks = [
+            self._block(0.6, (0.33, -0.3), -17.0, 0.3),
+            self._block(0.6, (-0.35, 0.35), 20.0, 0.62),
+        ]
         return [
             matt("white", white, WHITE),
             matt("red", wall((-h, 0, h), 1, (h, h)), RED),
@@ -54,7 +58,9 @@ class CornellBox(Interior):
             matt("cord", cord(place, self.side, self.lamp), (0.05, 0.05, 0.05)),
         ]
 
-    def _block(self, width: float, at: tuple[float, float], turn: float, tall: float) -> trimesh.Trimesh:
+    def _block(
+        self, width: float, at: tuple[float, float], turn: float, tall: float
+    ) -> trimesh.Trimesh:
         h = 0.5 * self.side
         block = boxes([((0, 0, tall * h), (width * h, width * h, 2 * tall * h))])
         matrix = trimesh.transformations.rotation_matrix(turn / 57.29578, [0, 0, 1])

@@ -13,7 +13,9 @@ from purelight_examples.scenes.interior import CLEAR, Interior, View, cord, hung
 from purelight_examples.scenes.place import Place
 from purelight_examples.scenes.surfaces import planks, shell
 
-THIN_GLASS = Material("thindielectric", {"int_ior": 1.5}, {"specular_transmittance": (0.95, 0.98, 0.96)})
+THIN_GLASS = Material(
+    "thindielectric", {"int_ior": 1.5}, {"specular_transmittance": (0.95, 0.98, 0.96)}
+)
 WALNUT = glaze((0.22, 0.12, 0.065), 0.18)
 BACK, TABLE = 1.8, (0.1, 0.15)
 
@@ -42,9 +44,7 @@ class DiningRoom(Interior):
         """The pendant, and two sconces."""
         found = {self.pendant: [hung(self.pendant, *TABLE, self.height, self.drop)]}
         if self.sconce:
-            found[self.sconce] = [
-                Place((x, BACK - CLEAR, 1.75), -90.0) for x in (-0.75, 0.95)
-            ]
+            found[self.sconce] = [Place((x, BACK - CLEAR, 1.75), -90.0) for x in (-0.75, 0.95)]
         return found
 
     def window(self) -> trimesh.Trimesh:
@@ -63,7 +63,11 @@ class DiningRoom(Interior):
             *_table(),
             *_chairs(),
             *_sideboard(),
-            matt("picture_frame", boxes([((0.1, BACK - 0.017, 1.8), (1.05, 0.03, 0.72))]), (0.06, 0.05, 0.04)),
+            matt(
+                "picture_frame",
+                boxes([((0.1, BACK - 0.017, 1.8), (1.05, 0.03, 0.72))]),
+                (0.06, 0.05, 0.04),
+            ),
             matt("picture", picture, (0.55, 0.3, 0.14)),
             matt("rail", boxes([((0, BACK - 0.01, 0.95), (3.98, 0.018, 0.06))]), (0.7, 0.68, 0.62)),
             matt("window", boxes(frame), (0.72, 0.7, 0.66)),
@@ -79,10 +83,23 @@ def _table() -> list[Part]:
     legs: list[Box] = []
     for s in (-1, 1):
         legs += [((x + s * 0.6, y + t * 0.3, 0.37), (0.06, 0.06, 0.72)) for t in (-1, 1)]
-        legs += [((x + s * 0.6, y, 0.705), (0.06, 0.54, 0.05)), ((x + s * 0.6, y, 0.12), (0.04, 0.54, 0.04))]
-    plate = [(0, 0), (0.07, 0), (0.08, 0.006), (0.13, 0.018), (0.13, 0.022), (0.075, 0.012), (0, 0.008)]
+        legs += [
+            ((x + s * 0.6, y, 0.705), (0.06, 0.54, 0.05)),
+            ((x + s * 0.6, y, 0.12), (0.04, 0.54, 0.04)),
+        ]
+    plate = [
+        (0, 0),
+        (0.07, 0),
+        (0.08, 0.006),
+        (0.13, 0.018),
+        (0.13, 0.022),
+        (0.075, 0.012),
+        (0, 0.008),
+    ]
     plates = [
-        turned(plate, (x + dx, y + s * 0.29, z + 0.003)) for dx in (-0.52, 0.0, 0.52) for s in (-1, 1)
+        turned(plate, (x + dx, y + s * 0.29, z + 0.003))
+        for dx in (-0.52, 0.0, 0.52)
+        for s in (-1, 1)
     ]
     bowl = [(0, 0), (0.06, 0), (0.05, 0.03), (0.16, 0.09), (0.155, 0.095), (0.04, 0.045), (0, 0.04)]
     return [
@@ -114,10 +131,14 @@ def _chairs() -> list[Part]:
 def _sideboard() -> list[Part]:
     y = BACK - 0.22
     doors: list[Box] = [((0.1 + 0.5 * k, y - 0.215, 0.43), (0.49, 0.018, 0.5)) for k in (-1, 0, 1)]
-    legs: list[Box] = [((0.1 + a * 0.7, y + b * 0.15, 0.08), (0.04, 0.04, 0.16)) for a in (-1, 1) for b in (-1, 1)]
+    legs: list[Box] = [
+        ((0.1 + a * 0.7, y + b * 0.15, 0.08), (0.04, 0.04, 0.16)) for a in (-1, 1) for b in (-1, 1)
+    ]
     vase = [(0, 0), (0.05, 0), (0.09, 0.06), (0.1, 0.14), (0.03, 0.25), (0.045, 0.31), (0, 0.3)]
     balls = [
-        trimesh.creation.icosphere(subdivisions=4, radius=r).apply_translation([0.1 + dx, y, 0.702 + r])
+        trimesh.creation.icosphere(subdivisions=4, radius=r).apply_translation(
+            [0.1 + dx, y, 0.702 + r]
+        )
         for dx, r in ((0.45, 0.07), (0.58, 0.045))
     ]
     return [
@@ -126,5 +147,3 @@ def _sideboard() -> list[Part]:
         Part("vase", turned(vase, (-0.35, y, 0.702)), glaze((0.62, 0.6, 0.55), 0.3)),
         Part("balls", trimesh.util.concatenate(balls), BRUSHED),
     ]
-
-

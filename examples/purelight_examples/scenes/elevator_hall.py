@@ -56,7 +56,10 @@ class ElevatorHall(Interior):
         half, depth = 0.5 * self.width, self.length
         steel, frames, slots = self._elevators()
         base = [((s * (half - 0.006), 0.5 * depth, 0.06), (0.012, depth, 0.12)) for s in (-1, 1)]
-        table = [((0, depth - 0.25, 0.78), (1.2, 0.35, 0.04)), ((0, depth - 0.25, 0.38), (0.9, 0.2, 0.76))]
+        table = [
+            ((0, depth - 0.25, 0.78), (1.2, 0.35, 0.04)),
+            ((0, depth - 0.25, 0.38), (0.9, 0.2, 0.76)),
+        ]
         vase = [(0, 0), (0.07, 0), (0.12, 0.12), (0.1, 0.24), (0.04, 0.33), (0.06, 0.36), (0, 0.35)]
         return [
             matt("walls", shell((-half, half), (0, depth), self.height), (0.74, 0.7, 0.62)),
@@ -79,8 +82,12 @@ class ElevatorHall(Interior):
             x = side * 0.5 * self.width
             for k in range(self.doors):
                 y = self.length * (k + 0.6) / (self.doors + 0.2)
-                steel += [((x - side * 0.01, y + s * 0.275, 1.05), (0.02, 0.546, 2.1)) for s in (-1, 1)]
-                frames += [((x - side * 0.03, y + s * 0.6, 1.1), (0.06, 0.09, 2.2)) for s in (-1, 1)]
+                steel += [
+                    ((x - side * 0.01, y + s * 0.275, 1.05), (0.02, 0.546, 2.1)) for s in (-1, 1)
+                ]
+                frames += [
+                    ((x - side * 0.03, y + s * 0.6, 1.1), (0.06, 0.09, 2.2)) for s in (-1, 1)
+                ]
                 frames.append(((x - side * 0.03, y, 2.155), (0.06, 1.11, 0.09)))
                 slots.append(((x - side * 0.006, y + 0.85, 1.1), (0.012, 0.1, 0.22)))
         return steel, frames, slots

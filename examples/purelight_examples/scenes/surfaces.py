@@ -10,7 +10,12 @@ from purelight_examples.luminaires.materials import glaze
 from purelight_examples.scenes.furniture import Box, boxes, wall
 
 Span = tuple[float, float]
-OAK: tuple[RGB, ...] = ((0.42, 0.28, 0.16), (0.38, 0.245, 0.135), (0.46, 0.31, 0.185), (0.35, 0.22, 0.12))
+OAK: tuple[RGB, ...] = (
+    (0.42, 0.28, 0.16),
+    (0.38, 0.245, 0.135),
+    (0.46, 0.31, 0.185),
+    (0.35, 0.22, 0.12),
+)
 
 
 def shell(x: Span, y: Span, height: float) -> trimesh.Trimesh:
