@@ -9,7 +9,7 @@ from importlib import metadata
 from pathlib import Path
 
 from purelight_examples import demo_report, rendering
-from purelight_examples.luminaires import crystal, filament_bulb, frosted_globe
+from purelight_examples.luminaires.catalog import CATALOG
 from purelight_examples.luminaires.lamp_scene import write_xml
 from purelight_examples.scenes import room
 from purelight_examples.scenes.lamp_choice import LampChoice, NeuralLamp, RealLamp, SphereLamp
@@ -26,9 +26,9 @@ from purelight_onnx.picture import write_exr
 from purelight_onnx.viewer import render as view
 from purelight_train import cli as train_cli
 
-LAMPS = {"frosted_globe": frosted_globe, "filament_bulb": filament_bulb, "crystal": crystal}
 # Light tracing joins rough glass to the camera; only a path tracer sees through clear glass
 VIEWED_BY = {"frosted_globe": "ptracer", "filament_bulb": "path", "crystal": "path"}
+LAMPS = {name: CATALOG[name].lamp for name in VIEWED_BY}
 
 
 ROOM_PICTURE = room.Picture(288, 216, 64)
