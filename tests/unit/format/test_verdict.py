@@ -105,7 +105,8 @@ def test_a_good_lamp_is_said_to_be_good() -> None:
 
 
 @pytest.mark.parametrize(
-    ("within", "light"), [(0.0, "good"), (0.05, "good"), (0.051, "fair"), (0.15, "fair"), (0.2, "poor")]
+    ("within", "light"),
+    [(0.0, "good"), (0.05, "good"), (0.051, "fair"), (0.15, "fair"), (0.2, "poor")],
 )
 def test_light_is_judged_by_how_far_it_is_off(within: float, light: str) -> None:
     told = judge(with_mode("accurate", within=within), {"preset": "draft"})
