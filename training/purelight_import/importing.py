@@ -171,10 +171,9 @@ def _without(lamp: Lamp, options: Options) -> tuple[Lamp, tuple[Part, ...]]:
     items: list[Named] = [*lamp.parts, *lamp.points]
     for pattern, _ in _glass(options):
         chosen(pattern, lamp.parts, "--glass")
-    omitted = [x for pattern in options.omit for x in chosen(pattern, items, "--omit")]
-    apart = [x for pattern in options.keep for x in chosen(pattern, lamp.parts, "--keep")]
-    away = {id(x) for x in [*omitted, *apart]}
-    kept = tuple(p for p in lamp.parts if any(p is x for x in apart))
+    apart = {id(x) for pattern in options.keep for x in chosen(pattern, lamp.parts, "--keep")}
+    away = {id(x) for pattern in options.omit for x in chosen(pattern, items, "--omit")} | apart
+    kept = tuple(p for p in lamp.parts if id(p) in apart)
     parts = tuple(p for p in lamp.parts if id(p) not in away)
     points = tuple(p for p in lamp.points if id(p) not in away)
     if not parts and not points:

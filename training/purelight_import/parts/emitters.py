@@ -141,8 +141,8 @@ def _choose(lamp: Lamp, state: list[_State], choice: Choice) -> None:
         if not found:
             raise PureLightError(_nothing(lamp))
     else:
-        parts = chosen(choice.pattern, lamp.parts, "--emitter")
-        found = [s for s in state if any(s.part is part for part in parts)]
+        parts = {id(part) for part in chosen(choice.pattern, lamp.parts, "--emitter")}
+        found = [s for s in state if id(s.part) in parts]
     for s in found:
         s.radiance = s.part.radiance or WHITE
         s.kelvin = choice.kelvin

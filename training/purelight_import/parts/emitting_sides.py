@@ -26,10 +26,10 @@ def facing_out(lamp: Lamp) -> Lamp:
     lit = [p for p in lamp.parts if p.radiance is not None and not isinstance(p.material, Verbatim)]
     if not lit:
         return lamp
-    rays = Rays.among([p.mesh for p in lamp.parts])
+    rays, ids = Rays.among([p.mesh for p in lamp.parts]), {id(part) for part in lit}
     parts: list[Part] = []
     for part in lamp.parts:
-        parts += _sides(part, rays, lamp) if any(part is p for p in lit) else [part]
+        parts += _sides(part, rays, lamp) if id(part) in ids else [part]
     return replace(lamp, parts=tuple(parts))
 
 

@@ -10,12 +10,13 @@ import trimesh
 
 from purelight_import.model.lamp import Lamp, Part
 from purelight_import.model.material import Material
-from purelight_import.model.mesh import Mesh
+from purelight_import.model.mesh import Floats, Mesh
 from purelight_import.parts.choice import matches
 from purelight_import.parts.hull import Hull, hull
 from purelight_import.parts.rays import Rays
 
 SOLID, THIN = "solid", "thin"
+PROBED = 64  # parts within glass, to see whether any of them is
 MENDABLE = 200_000  # triangles whose winding is made consistent, which takes a while
 
 
@@ -43,16 +44,14 @@ def settled(lamp: Lamp, wanted: Mapping[str, str]) -> Lamp:
     for i in glass:
         parts[i] = _mended(parts[i], lamp)
         hulls[i] = hull(parts[i].mesh)
-    others = [p for i, p in enumerate(parts) if i not in glass]
+    others = _middles([p for i, p in enumerate(parts) if i not in hulls])
     for i in glass:
         kind = _kind(parts[i], hulls[i], others, wanted, lamp)
         parts[i] = replace(parts[i], solid=kind == SOLID)
     return replace(lamp, parts=tuple(_turned(parts, hulls, lamp)))
 
 
-def _kind(
-    part: Part, about: Hull, others: list[Part], wanted: Mapping[str, str], lamp: Lamp
-) -> str:
+def _kind(part: Part, about: Hull, others: Floats, wanted: Mapping[str, str], lamp: Lamp) -> str:
     """Whether a part of glass is solid or thin."""
     said = [kind for pattern, kind in wanted.items() if matches(pattern, part)]
     assert isinstance(part.material, Material)
@@ -65,22 +64,26 @@ def _kind(
     if not about.all_closed:
         lamp.notes("glass with open edges is taken as thin sheets", part.name)
         return THIN
-    if _is_envelope(part, about, others):
+    if _is_envelope(part, others):
         lamp.notes("glass that is one surface around other parts is taken as a thin shell "
                    "(--glass NAME=solid fills it)", part.name)  # fmt: skip
         return THIN
     return SOLID
 
 
-def _is_envelope(part: Part, about: Hull, others: list[Part]) -> bool:
-    """Whether other parts stand in what would be solid glass."""
-    rays = Rays.among([part.mesh])
+def _middles(parts: list[Part]) -> Floats:
+    """A point of each part: [P, 3]."""
+    triangles = [p.mesh.triangles[len(p.mesh.triangles) // 2] for p in parts]
+    points = [p.mesh.positions[t].mean(0) for p, t in zip(parts, triangles, strict=True)]
+    return np.array(points).reshape(-1, 3)
+
+
+def _is_envelope(part: Part, others: Floats) -> bool:
+    """Whether other parts, of which points [P, 3] are given, stand in what would be glass."""
     low, high = part.mesh.bounds
-    for other in others:
-        middle = other.mesh.corners[len(other.mesh.triangles) // 2].mean(0)
-        if ((middle > low) & (middle < high)).all() and rays.inside(middle):
-            return True
-    return False
+    near = others[((others > low) & (others < high)).all(1)]
+    rays = Rays.among([part.mesh])
+    return any(rays.inside(point) for point in near[:PROBED])
 
 
 def _mended(part: Part, lamp: Lamp) -> Part:
@@ -110,27 +113,28 @@ def _turned(parts: list[Part], hulls: dict[int, Hull], lamp: Lamp) -> list[Part]
         for i, about in hulls.items() if parts[i].solid
         for number in np.flatnonzero(about.closed).tolist()
     ]  # fmt: skip
-    rays = [Rays.among([s.mesh]) for s in surfaces]
-    for s in surfaces:
-        depth = sum(
-            _within(s.mesh, other.mesh) and ray.inside(s.mesh.positions[0])
-            for other, ray in zip(surfaces, rays, strict=True) if other is not s
-        )  # fmt: skip
+    rays: dict[int, Rays] = {}
+    boxes = np.array([s.mesh.bounds for s in surfaces]).reshape(-1, 2, 3)
+    for k, s in enumerate(surfaces):
+        around = (boxes[:, 0] <= boxes[k, 0]).all(1) & (boxes[:, 1] >= boxes[k, 1]).all(1)
+        around[k] = False
+        depth = 0
+        for j in np.flatnonzero(around).tolist():
+            if j not in rays:
+                rays[j] = Rays.among([surfaces[j].mesh])
+            depth += rays[j].inside(s.mesh.positions[0])
         if (s.volume < 0) == (depth % 2 == 0):
             lamp.notes("glass that was inside out is turned", parts[s.part].name)
-            mesh = parts[s.part].mesh
-            if hulls[s.part].closed.size > 1:
-                mesh = replace(mesh, normals=mesh.normals if _apart(mesh, hulls[s.part]) else None)
-            parts[s.part] = replace(
-                parts[s.part], mesh=mesh.turned(hulls[s.part].surface == s.number)
-            )
+            parts[s.part] = _with_turned(parts[s.part], hulls[s.part], s.number)
     return parts
 
 
-def _within(inner: Mesh, outer: Mesh) -> bool:
-    return bool(
-        (inner.bounds[0] >= outer.bounds[0]).all() and (inner.bounds[1] <= outer.bounds[1]).all()
-    )
+def _with_turned(part: Part, about: Hull, number: int) -> Part:
+    """A part with one of its surfaces turned."""
+    mesh = part.mesh
+    if not _apart(mesh, about):
+        mesh = replace(mesh, normals=None)
+    return replace(part, mesh=mesh.turned(about.surface == number))
 
 
 def _apart(mesh: Mesh, about: Hull) -> bool:

@@ -24,14 +24,16 @@ class Builder:
     notes: Notes = field(default_factory=Notes)
     triangles: int = 0
     taken: set[str] = field(default_factory=set)
+    counts: dict[str, int] = field(default_factory=dict)
 
     def name(self, wanted: str, fallback: str = "part") -> str:
         """A name that no part has yet, of at most `limits.NAME` characters."""
         base = tidy(wanted) or fallback
-        name, count = base, 1
+        name, count = base, self.counts.get(base.lower(), 1)
         while name.lower() in self.taken:
             count += 1
             name = f"{base}_{count}"
+        self.counts[base.lower()] = count
         self.taken.add(name.lower())
         return name
 

@@ -49,13 +49,15 @@ def _walk(subject: Subject, found: Crossings, begin: int, end: int, counts: _Cou
     depth = 0
     balance: dict[int, int] = {}
     inside: list[tuple[int, float]] = []  # bodies entered and not yet left, and where
+    hollows: set[int] = set()  # surfaces of cavities that the line is in
     negative: set[int] = set()
     seen: set[int] = set()
+    cast_in: list[int] = []
     for k in range(begin, end):
         shape, enters = int(found.shape[k]), bool(found.enters[k])
         seen.add(shape)
         if not subject.refracting[shape]:
-            counts.cast_in[shape] += depth > 0
+            cast_in += [shape] if depth > 0 else []
             counts.hollows[shape] += 1
             continue
         depth += 1 if enters else -1
@@ -63,12 +65,16 @@ def _walk(subject: Subject, found: Crossings, begin: int, end: int, counts: _Cou
         if depth < 0:
             negative.add(shape)
             depth = 0
-        if enters:
+        if enters and shape in hollows:
+            hollows.discard(shape)
+        elif enters:
             inside.append((shape, found.distance[k]))
-        else:
-            _leave(subject, inside, shape, found.distance[k], counts)
+        elif not _leave(subject, inside, shape, found.distance[k], counts):
+            hollows.add(shape)
     for shape in seen:
         counts.met[shape] += 1
+    if not negative:
+        np.add.at(counts.cast_in, cast_in, 1)
     for shape in negative:
         counts.negative[shape] += 1
     if sum(balance.values()):
@@ -78,16 +84,21 @@ def _walk(subject: Subject, found: Crossings, begin: int, end: int, counts: _Cou
 
 def _leave(
     subject: Subject, inside: list[tuple[int, float]], shape: int, at: float, counts: _Counts
-) -> None:
-    """Leaves a body; what was entered after it, and not left, overlaps it."""
+) -> bool:
+    """Leaves a body; what was entered after it, and not left, overlaps it.
+
+    Returns:
+        Whether it had been entered; if not, the surface may be that of a cavity in another body.
+    """
     place = next((i for i in reversed(range(len(inside))) if inside[i][0] == shape), None)
     if place is None:
-        return
+        return False
     for other, entered in inside[place + 1 :]:
         if other != shape and at - entered > TOUCHING * subject.extent:
             pair = min(shape, other), max(shape, other)
             counts.overlaps[pair] = counts.overlaps.get(pair, 0) + 1
     inside.pop(place)
+    return True
 
 
 def _sentences(subject: Subject, counts: _Counts) -> Iterator[str]:
@@ -97,6 +108,9 @@ def _sentences(subject: Subject, counts: _Counts) -> Iterator[str]:
         if inverted:
             yield (f"glass '{name}' is inside out as seen from outside; turn its faces "
                    "(flip_normals), or its light is refracted wrongly")  # fmt: skip
+        elif counts.unbalanced[shape] > OPEN * met and subject.closed(int(shape)):
+            yield (f"glass '{name}' touches other glass: where two surfaces are at one place, "
+                   "light meets either by chance; move them a little apart")  # fmt: skip
         elif counts.unbalanced[shape] > OPEN * met:
             yield (f"glass '{name}' is open: light that enters it never leaves as it should; close "
                    "the mesh, give it a wall, or make it thin (thindielectric, --glass "

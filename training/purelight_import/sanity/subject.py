@@ -10,6 +10,9 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
+from purelight_import.model.mesh import Mesh
+from purelight_import.parts.hull import hull
+
 Floats = NDArray[np.float64]
 
 
@@ -63,6 +66,15 @@ class Subject:
     def radius(self) -> float:
         """Of a sphere around the bounds, in metres."""
         return 0.5 * float(np.linalg.norm(np.ptp(self.bounds, axis=0)))
+
+    def closed(self, shape: int) -> bool:
+        """Whether a shape's surfaces have no edge."""
+        parameters = mi.traverse(self.shapes[shape])
+        if "vertex_positions" not in parameters:
+            return "Sphere" in str(mi.ShapeType(self.shapes[shape].shape_type()))
+        positions = np.array(parameters["vertex_positions"], np.float64).reshape(-1, 3)
+        faces = np.array(parameters["faces"], np.uint32).reshape(-1, 3)
+        return hull(Mesh(positions, faces)).all_closed
 
     def name(self, shape: int) -> str:
         return self.shapes[shape].id() or f"shape {shape}"

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from purelight_format.color import lumens
+from purelight_format.issues import plain
 from purelight_import.model.lamp import Part
 from purelight_import.model.material import Verbatim
 from purelight_import.model.picture import Picture
@@ -65,4 +66,5 @@ def _cells(row: dict[str, Any]) -> tuple[str, ...]:
 
 
 def _short(name: str) -> str:
+    name = plain(name)
     return name if len(name) <= WIDEST else f"{name[: WIDEST - 1]}…"

@@ -39,4 +39,5 @@ def matrix(parent: ET.Element, name: str, value: NDArray[np.float64]) -> None:
 
 def comment(words: str) -> Any:
     """A comment, in which two hyphens must not follow each other."""
-    return ET.Comment(f" {re.sub('-{2,}', '-', words).strip('-')} ")
+    shown = "".join(c if c.isprintable() else " " for c in words)
+    return ET.Comment(f" {re.sub('-{2,}', '-', shown).strip('-')} ")
