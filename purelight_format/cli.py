@@ -17,6 +17,8 @@ from purelight_format.photometry.files import is_photometric
 from purelight_format.photometry.lamp_photometry import LampPhotometry
 from purelight_format.photometry.polar_plot import polar_plot
 from purelight_format.photometry.ugr import UgrTable
+from purelight_format.ray_file.files import is_ray_file, read_ray_file
+from purelight_format.ray_file.summary import ray_summary_json, ray_summary_text
 from purelight_format.summary import summary_json, summary_text
 from purelight_format.validation.validate import validate
 
@@ -31,7 +33,7 @@ def validate_main(argv: Sequence[str] | None = None) -> int:
 def inspect_main(argv: Sequence[str] | None = None) -> int:
     """Says what a bundle is: 0, or 2 if it is not valid or could not be read."""
     name = "purelight-inspect"
-    parser = _parser(name, "Says what a .plux bundle, or an .ies or .ldt file, holds.")
+    parser = _parser(name, "Says what a .plux bundle, a photometric file or a ray file holds.")
     add = parser.add_argument
     add("--compare", type=Path, metavar="FILE", help="its light against an .ies, .ldt or .plux")
     add("--plot", type=Path, metavar="PICTURE.svg", help="polar diagrams, side by side")
@@ -85,6 +87,9 @@ def _about(options: argparse.Namespace) -> tuple[dict[str, Any], str]:
 
 
 def _whole(path: Path) -> tuple[dict[str, Any], str]:
+    if is_ray_file(path):
+        file = read_ray_file(path)
+        return ray_summary_json(file), ray_summary_text(file)
     if is_photometric(path):
         lamp = lamp_photometry(path)
         return photometry_json(lamp), photometry_text(lamp)

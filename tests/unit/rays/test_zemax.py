@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from purelight_format.cli import inspect_main
 from purelight_format.errors import PureLightError
 from purelight_format.ray_file.conversion import file_of, rays_of
 from purelight_format.ray_file.files import read_ray_file, write_ray_file
@@ -102,3 +104,14 @@ def test_names_and_places(tmp_path: Path) -> None:
         read_ray_file(tmp_path / "nowhere.dat")
     with pytest.raises(PureLightError, match="cannot read"):
         read_ray_file(tmp_path)
+
+
+def test_inspect_says_what_a_file_holds(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = put(tmp_path / "led.dat", zemax(LUMENS, flux_kind=1, flux=100))
+    assert inspect_main([str(path)]) == 0
+    text = capsys.readouterr().out
+    assert "LED: 300 rays" in text
+    assert "its header says 100 lumens" in text
+    assert "the rays count" in text
+    assert inspect_main([str(path), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["lumens"] == pytest.approx(150)
