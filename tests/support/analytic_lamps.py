@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -29,11 +29,12 @@ SPHERE = BoundingSphere(CENTRE, RADIUS)
 
 @dataclass(frozen=True)
 class Lamp:
-    """An exit surface and its networks as ONNX."""
+    """An exit surface, its networks as ONNX, and what its manifest says of its fidelity."""
 
     surface: Surface
     networks: dict[str, bytes]
     flux: np.ndarray
+    fidelity: dict[str, Any] = field(default_factory=dict)
 
     def write(self, path: Path, more: dict[str, bytes] | None = None) -> Path:
         """Writes the lamp as a valid bundle, with more members if wanted."""
@@ -46,6 +47,7 @@ class Lamp:
             radiance_scale=1.0,
             r_max=15.0,
             channels=tuple(self.flux > 0),
+            fidelity=self.fidelity,
         )
         bundle.write(path, manifest, members | (more or {}))
         return path

@@ -13,21 +13,10 @@ from purelight_format import bundle, cli
 from purelight_format.issues import Severity
 from purelight_format.validation.validate import validate
 from purelight_format.verdict import caption, words
-from purelight_format.verdict.figures import Look, Mode, Places, Verdict, Zones, read
+from purelight_format.verdict.figures import Places, Verdict, Zones, read
 from purelight_format.verdict.words import judge
 from tests.support import lamp
-
-EVEN = Zones(0.0, 0.001, -0.002)
-FINE = Verdict(
-    photons=1 << 23,
-    accurate=Mode(0.03, 0.02, 0.001, 0.98, EVEN),
-    share=Zones(0.2, 0.5, 0.3),
-    pattern=0.2,
-    fast=Mode(0.06, 0.02, -0.002, 0.9, EVEN),
-    near=Places(0.04, 0.02, 0.001),
-    look=Look(0.01562, 0.95, 0.02, 0.1, 0.05, 0.02),
-    grain=1.5,
-)
+from tests.support.verdicts import FINE
 
 
 def with_look(**changes: float) -> Verdict:
@@ -105,7 +94,8 @@ def test_a_good_lamp_is_said_to_be_good() -> None:
 
 
 @pytest.mark.parametrize(
-    ("within", "light"), [(0.0, "good"), (0.05, "good"), (0.051, "fair"), (0.15, "fair"), (0.2, "poor")]
+    ("within", "light"),
+    [(0.0, "good"), (0.05, "good"), (0.051, "fair"), (0.15, "fair"), (0.2, "poor")],
 )
 def test_light_is_judged_by_how_far_it_is_off(within: float, light: str) -> None:
     told = judge(with_mode("accurate", within=within), {"preset": "draft"})
