@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import io
 import re
+from html import escape
 from pathlib import Path
 from typing import Any
 
@@ -119,7 +120,7 @@ def test_the_verdict_comes_first(tmp_path: Path) -> None:
     told = judge(FINE)
     assert told.caption in page
     for line in told.lines:
-        assert line in page
+        assert escape(line) in page
     assert page.index(told.caption) < page.index("Where the light went")
 
 

