@@ -88,7 +88,7 @@ class Verdict:
         by_heart: how much likelier the light that was learned from is than other light, in nats.
     """
 
-    photons: float
+    photons: int
     accurate: Mode
     share: Zones
     pattern: float
@@ -139,6 +139,8 @@ def _read(value: Any, kind: type[Group]) -> Group:
             continue
         inner = next((t for t in _kinds(hints[field.name]) if t in GROUPS), None)
         found[field.name] = _number(field.name, given) if inner is None else _read(given, inner)
+    if "photons" in found:
+        found["photons"] = round(found["photons"])
     return kind(**found)
 
 

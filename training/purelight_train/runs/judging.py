@@ -7,7 +7,7 @@ import torch
 
 from purelight_format.verdict.figures import Verdict
 from purelight_train.light.luminaire import Luminaire
-from purelight_train.light.radiance_field import Float
+from purelight_train.light.radiance_field import Float, Radiance
 from purelight_train.networks.fast_map import FastMap
 from purelight_train.networks.sampler import Sampler
 from purelight_train.runs.evaluation import as_function, gain
@@ -40,16 +40,16 @@ def judge(trainer: Trainer) -> Judge:
 def verdict(trainer: Trainer, judge: Judge) -> Verdict:
     """The verdict on a finished run, with a progress bar."""
     with trainer.stages.bar("verdict", judge.total, "path") as judge.progress:
-        return judge.verdict(_by_heart(trainer, judge))
+        return judge.verdict(by_heart(trainer, judge.learned.student))
 
 
-def _by_heart(trainer: Trainer, judge: Judge) -> float | None:
+def by_heart(trainer: Trainer, student: Radiance) -> float | None:
     """How much likelier light that was learned from is, in nats; None where all was fresh."""
     if trainer.route.learned_from is None:
         return None
     lamp, flux = trainer.lamp, np.asarray(trainer.lamp.description.flux)
     learned, other = (
-        gain(judge.learned.student, lamp.surface, records, flux)
+        gain(student, lamp.surface, records, flux)
         for records in (trainer.route.learned_from.take(slice(SOME)), lamp.held_out)
     )
     return learned - other

@@ -119,7 +119,7 @@ class Judge:
             share=figures.Zones(*(self._shares(true.image))),
             pattern=self._pattern(true, true).contrast,
             near=None if near is None else _places(near, self.learned.student, true_near, rng),
-            look=_look(looked),
+            look=looked_figures(looked),
             grain=arriving.grain(
                 self._shells, true, self.surface, self.learned.student, self.learned.sample, rng
             ),
@@ -182,7 +182,7 @@ def _places(
     return figures.Places(**vars(light.error(near.of_student(radiance, rng), true)))
 
 
-def _look(looked: Look) -> figures.Look | None:
+def looked_figures(looked: Look) -> figures.Look | None:
     """Figures of the pictures; None of a lamp that no view meets, or that is dark in them all."""
     if not looked.mask.any() or not looked.truth.image[looked.mask].any():
         return None
