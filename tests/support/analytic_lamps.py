@@ -163,7 +163,7 @@ def glass_sheet(through: Sequence[float]) -> Lamp:
     corner = RADIUS / math.sqrt(2)
     vertices = np.array([[x, y, 0] for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))]) * corner
     mesh = trimesh.Trimesh(vertices, [[0, 1, 2], [0, 2, 3]], process=False)
-    networks = {"appearance": _black(), "transparency": transparency(through)}
+    networks = {"appearance": black(), "transparency": transparency(through)}
     return Lamp(_surface(mesh, 0.0), networks, np.zeros(3))
 
 
@@ -176,7 +176,7 @@ def two_panes(through: float, offset: float = 0.1) -> Lamp:
     one, two = through, through**2
     level = both * (0.5 * (two - one)) + 0.5 * (two + one)
     graph.output("transmittance", position * 0.0 + level)
-    networks = {"appearance": _black(), "transparency": graph.to_bytes()}
+    networks = {"appearance": black(), "transparency": graph.to_bytes()}
     corners = [(y, z) for y, z in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
     half = 0.6 * RADIUS
     vertices = [(x, y * half, z * half) for x in (offset, -offset) for y, z in corners]
@@ -185,7 +185,7 @@ def two_panes(through: float, offset: float = 0.1) -> Lamp:
     return Lamp(_surface(mesh, 0.0), networks, np.zeros(3))
 
 
-def _black() -> bytes:
+def black() -> bytes:
     graph = Graph("appearance")
     position, *_ = (graph.input(n, 3) for n in ("position", "normal", "outgoing"))
     graph.output("radiance", position * 0.0)

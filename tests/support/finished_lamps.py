@@ -65,8 +65,24 @@ class Window:
         return {"pane": panel["panel"] | {"bsdf": {"type": "thindielectric", "int_ior": PANE.ior}}}
 
 
-def _pane() -> bytes:
-    """transmittance = 1 - 2 F / (1 + F) with Fresnel's F."""
+@dataclass(frozen=True)
+class Bubble:
+    """A dark hollow ball of thin glass, which mirrors on its far side too."""
+
+    def lamp(self) -> Lamp:
+        ball = lamps.ball()
+        networks = {"appearance": lamps.black(), "transparency": _pane(walls=2)}
+        surface = replace(ball.surface, triangle_flux=0 * ball.surface.triangle_flux)
+        return finished(lamps.Lamp(surface, networks, np.zeros(3)), PANE)
+
+    def stock(self, folder: Path, to_world: Any, dimmer: float) -> dict[str, Any]:
+        glass = {"type": "thindielectric", "int_ior": PANE.ior}
+        shapes = lamps.mitsuba_lamps(self.lamp(), folder, to_world, dimmer=0.0, bsdf=glass)
+        return {name: {k: v for k, v in s.items() if k != "emitter"} for name, s in shapes.items()}
+
+
+def _pane(walls: int = 1) -> bytes:
+    """transmittance = (1 - 2 F / (1 + F)) with Fresnel's F, as often as there are walls."""
     graph, ior = Graph("transparency"), PANE.ior
     position, normal, outgoing = (graph.input(n, 3) for n in ("position", "normal", "outgoing"))
     c = graph.sum(normal * outgoing)
@@ -75,5 +91,6 @@ def _pane() -> bytes:
     along = (g - c) / (g + c)
     inner = (c * (g + c) - 1.0) / (c * (g - c) + 1.0)
     f = along * along * (inner * inner + 1.0) * 0.5
-    graph.output("transmittance", position * 0.0 + (1.0 - f * 2.0 / (f + 1.0)))
+    one = 1.0 - f * 2.0 / (f + 1.0)
+    graph.output("transmittance", position * 0.0 + (one * one if walls == 2 else one))
     return graph.to_bytes()

@@ -16,6 +16,7 @@ from purelight_format.members.finishes import NONE, Finish
 from purelight_format.reflection import SHARP
 from purelight_train.light.exit_surface import ExitSurface
 from purelight_train.light.finish_fit import finish_of
+from purelight_train.light.finish_scatter import ScatterFit
 from purelight_train.light.interfaces import relative_index
 from purelight_train.light.luminaire import Luminaire, triangle_counts
 from purelight_train.light.material_probe import Material
@@ -79,7 +80,24 @@ def finished(luminaire: Luminaire) -> Finished:
             column = np.where(turned, 1 - side, side)
             sides[triangles, column] = np.where(index < 0, -1, index + len(made))
             made.extend(found)
-    return _compact(made, sides, area)
+    return _compact(*_with_bodies(luminaire, made, sides), area)
+
+
+def _with_bodies(
+    luminaire: Luminaire, made: list[Finish], sides: NDArray[np.int64]
+) -> tuple[list[Finish], NDArray[np.int64]]:
+    """Finishes that light passes, with what they scatter; a sheet has the same on both sides."""
+    fit: ScatterFit | None = None
+    result, sides = list(made), sides.copy()
+    for index, finish in enumerate(made):
+        triangles = np.flatnonzero(sides[:, 0] == index)
+        if finish.opaque or not len(triangles):
+            continue
+        fit = fit or ScatterFit(luminaire)
+        result[index] = fit(finish, triangles, index)
+        if finish.thin_walled:
+            sides[triangles, 1] = index
+    return result, sides
 
 
 def _patches(scene: mi.Scene, surface: ExitSurface) -> Iterator[_Patch]:

@@ -158,7 +158,7 @@ def _check_emitters(path: Path, scene: mi.Scene) -> None:
                 "point or spot emitters"
             )
     for shape in scene.shapes():
-        if shape.is_emitter() and shape.is_mesh() and _mesh(shape)[2] is not None:
+        if shape.is_emitter() and shape.is_mesh() and shape_mesh(shape)[2] is not None:
             warnings.warn(
                 f"emitter mesh '{shape.id()}' has smooth normals, which biases its emission; "
                 "set face_normals to true",
@@ -203,7 +203,7 @@ def scene_triangles(
     """
     positions, triangles, normals, count = [], [], [], 0
     for shape in scene.shapes():
-        vertices, faces, smooth = _mesh(shape)
+        vertices, faces, smooth = shape_mesh(shape)
         positions.append(vertices)
         triangles.append(faces + count)
         normals.append(np.zeros_like(vertices) if smooth is None else smooth)
@@ -217,7 +217,7 @@ def scene_triangles(
 
 def triangle_counts(scene: mi.Scene) -> list[int]:
     """How many of the triangles of `scene_triangles` each shape has."""
-    return [len(_mesh(shape)[1]) for shape in scene.shapes()]
+    return [len(shape_mesh(shape)[1]) for shape in scene.shapes()]
 
 
 Part = tuple[NDArray[Any], NDArray[Any], NDArray[Any] | None]
@@ -237,7 +237,7 @@ def _bent_normals(
     return normals if bent.any() else None
 
 
-def _mesh(shape: mi.Shape) -> Part:
+def shape_mesh(shape: mi.Shape) -> Part:
     """Vertices, faces and normals of the vertices, None where they are flat."""
     parameters, kind = mi.traverse(shape), mi.ShapeType(shape.shape_type()).name
     if "vertex_positions" in parameters:  # rectangles call themselves meshes, without any

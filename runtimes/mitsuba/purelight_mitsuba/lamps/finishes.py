@@ -51,6 +51,11 @@ class Look:
     exponent: mi.Float
 
     @property
+    def sheet(self) -> mi.Bool:
+        """Whether it is thin glass, with as much light behind as before it."""
+        return self.thin & ~self.opaque
+
+    @property
     def sharp(self) -> mi.Bool:
         """Whether its specular reflection is a mirror's."""
         return self.alpha < SHARP

@@ -107,6 +107,7 @@ class Lamps:
         single: Whether there is only one lamp.
         dark: Whether no lamp shines.
         finished: Whether any says of what it is made, so that paths may have vertices there.
+        sheets: Whether any of that is thin-walled.
     """
 
     def __init__(
@@ -118,6 +119,7 @@ class Lamps:
         self.single = len(emitters) == 1
         self.luminaires: list[Luminaire] = list(dict.fromkeys(e.luminaire for e in emitters))
         self.finished = any(emitter.finishes for emitter in emitters)
+        self.sheets = any(f.thin_walled and not f.opaque for e in emitters for f in e.finishes)
         mesh = _mesh(emitters)
         if self.finished:
             finishes, indices = sides(emitters)
@@ -156,7 +158,7 @@ class Lamps:
         return self._finishes.look(dr.gather(mi.UInt32, self._sides, side, hit.valid), hit.valid)
 
     def vertex(
-        self, hit: Hit, distance: mi.Float, spreading: mi.Bool
+        self, hit: Hit, distance: mi.Float, spreading: bool | mi.Bool
     ) -> mi.PreliminaryIntersection3f:
         """Where a path ends at a lamp, as Mitsuba notes it.
 

@@ -107,8 +107,9 @@ class AimedLamps:
         length, passes = self._reach(scene, place, ray, useful)
         open = (aim.facet == NONE) & passes
         segment = Segment.of(
-            ray, length, total, useful, lamp=lamp, facet=aim.facet, open=open, skip=vertex.skip
-        )
+            ray, length, total, useful, lamp=lamp, facet=aim.facet, open=open,
+            own=vertex.own, skip=vertex.skip,
+        )  # fmt: skip
         return Shot([segment], aim.spoilt)
 
     def part_of_finding(

@@ -54,8 +54,8 @@ class PathTracer:
 
         # What the lamps before it add, and let through; also on the last vertex's shadow rays
         length = dr.select(found.is_valid(), found.t, dr.largest(mi.Float))
-        skip = path.departure.skip
-        view = Segment.of(path.ray, length, path.throughput, visible, skip=skip)
+        own, skip = path.departure.own, path.departure.skip
+        view = Segment.of(path.ray, length, path.throughput, visible, own=own, skip=skip)
         walked = parts.walk(view, path.departure, path.shadow_rays, sampler)
         path.light = path.light + walked.light
         path.throughput = path.throughput * walked.survived

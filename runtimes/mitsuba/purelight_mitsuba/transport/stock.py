@@ -54,7 +54,8 @@ class StockEmitters:
         ray = si.spawn_ray(ds.d)
         length = dr.select(far, dr.largest(mi.Float), ds.dist)
         useful = active & (dr.max(total) > 0)
-        return [Segment.of(ray, length, total, useful, open=True, skip=vertex.skip)]
+        own, skip = vertex.own, vertex.skip
+        return [Segment.of(ray, length, total, useful, open=True, own=own, skip=skip)]
 
     def hit(
         self, scene: mi.Scene, si: mi.SurfaceInteraction3f, path: Path, active: mi.Bool

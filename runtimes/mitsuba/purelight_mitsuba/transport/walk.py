@@ -9,7 +9,7 @@ from functools import partial
 import drjit as dr
 import mitsuba as mi
 
-from purelight_mitsuba.lamps.table import Lamps, Place
+from purelight_mitsuba.lamps.table import Hit, Lamps, Place
 from purelight_mitsuba.transport.aimed import AimedLamps
 from purelight_mitsuba.transport.events import Parts, Stop
 from purelight_mitsuba.transport.light import OTHERS, Light
@@ -68,6 +68,20 @@ class Progress:
             mi.UInt32(0), mi.Float(0), mi.UInt32(NONE), mi.UInt64(0), mi.Color3f(1),
             Light.dark(groups), mi.Color3f(1), dr.zeros(Question), stops,
         )  # fmt: skip
+
+
+@dataclass
+class FarWall:
+    """The far wall of a hollow lamp, behind where it was met.
+
+    Arguments:
+        distance: From the segment's origin.
+        reflectance: Zero where there is none.
+    """
+
+    hit: Hit
+    distance: mi.Float
+    reflectance: mi.Color3f
 
 
 Shine = Callable[[Progress, Segment, Meeting], Progress]
@@ -151,24 +165,42 @@ class Walk:
         if not self.lamps.finished:
             return self._transmittance(on, now.start, met, active), now.stops
         outgoing = -met.place.direction_to_local(on.direction)
-        look = self.lamps.look(met.hit, outgoing)
-        asked = active & ~look.opaque
-        known = self._transmittance(on, now.start, met, asked)
-        parts = Parts.of(look, dr.dot(met.hit.normal, outgoing), known.value)
+        look, cosine = self.lamps.look(met.hit, outgoing), dr.dot(met.hit.normal, outgoing)
+        # A sheet met from the hollow behind it: nothing else of the lamp is on the way
+        hollow = look.sheet & (met.hit.lamp == on.own) & (cosine < 0)
+        known = self._transmittance(on, now.start, met, active & ~look.opaque & ~hollow)
+        passing = dr.select(hollow, 1 - look.reflectance(cosine), known.value)
+        viewing = active & look.known & (now.turn == 0)
+        far = self._far_wall(on, met, viewing & look.sheet & ~hollow) if now.stops else None
+        parts = Parts.of(look, cosine, passing, far and far.reflectance)
         straight = dr.select(active, parts.straight, 1)
         if not now.stops:
             return Answer(straight, known.spoilt), []
         (before,) = now.stops
-        choosing = active & look.known & (now.turn == 0)
-        event = parts.draw(before.u)
-        ended = choosing & event.stops
+        event = parts.draw(before.u, far and far.reflectance)
+        ended = viewing & event.stops
         found = self.lamps.vertex(met.hit, met.distance, event.spreading)
+        if far is not None:
+            found = dr.select(event.inside, self.lamps.vertex(far.hit, far.distance, False), found)
         stop = Stop(
             dr.select(ended, found, before.found), before.active | ended,
-            dr.select(choosing, event.u, before.u),
+            dr.select(viewing, event.u, before.u),
         )  # fmt: skip
-        let = dr.select(choosing, event.weight, straight)
-        return Answer(let, known.spoilt), [stop]
+        return Answer(dr.select(viewing, event.weight, straight), known.spoilt), [stop]
+
+    def _far_wall(self, on: Segment, met: Meeting, active: mi.Bool) -> FarWall | None:
+        """The sheet that is met from behind next, in scenes where there are sheets."""
+        if not self.lamps.sheets:
+            return None
+        lift = (1 + met.distance + dr.max(dr.abs(met.point))) * mi.math.RayEpsilon
+        start = met.distance + lift
+        ray = mi.Ray3f(dr.fma(on.direction, start, on.origin), on.direction)
+        ray.maxt = on.length - start
+        hit = self.lamps.intersect(ray, active)
+        outgoing = -met.place.direction_to_local(on.direction)
+        look, cosine = self.lamps.look(hit, outgoing), dr.dot(hit.normal, outgoing)
+        mirrors = hit.valid & (hit.lamp == met.hit.lamp) & look.sheet & (cosine < 0)
+        return FarWall(hit, start + hit.t, dr.select(mirrors, look.reflectance(cosine), 0))
 
     def _meet(self, now: Progress, on: Segment) -> Meeting:
         """The next lamp on a segment, from where it has been walked to."""
@@ -189,7 +221,7 @@ class Walk:
         """Adds the radiance of a lamp that a view meets, or to which a shadow ray leads."""
         viewing = now.turn == 0
         shining = (met.fresh & viewing) | met.seen
-        shining = shining & (met.hit.lamp != departure.own)
+        shining = shining & (met.hit.lamp != on.own)
         part = self._aimed.part_of_finding(on, met, departure, shining & viewing)
         shining = shining & (part.value > 0)
         ray = ExitRay.of(met.place, met.hit, met.point, on.direction)
