@@ -9,7 +9,7 @@ import {
 
 import { dispose } from "./gpu.js";
 import { LAMP_SEEN, lampUniforms, questions, surfaceGeometry } from "./lamp.js";
-import { jitter, screenOf } from "./look.js";
+import { jitter } from "./look.js";
 import { Mean } from "./mean.js";
 import { OCCLUSION, surfaceTree } from "./occlusion.js";
 import { SurfaceSamples } from "./samples.js";
@@ -164,7 +164,7 @@ export class Room {
       this.things.room.add(geometry, k + 1, { matrix, side: FrontSide, flat: false });
       this.things.lamp.add(geometry, 0, { matrix, side: FrontSide, flat: false });
     }
-    this.lampMesh = this.things.lamp.add(surfaceGeometry(this.lamp), 1, { own: true });
+    this.lampMesh = this.things.lamp.add(surfaceGeometry(this.lamp), 1, { frame: [0, 0, 0, 1] });
     this.lampMesh.matrixAutoUpdate = false;
   }
 
@@ -189,8 +189,9 @@ export class Room {
     const camera = this.view.lens(size, jitter(index));
     const hung = new Vector3(...this.uniforms.hung.value);
     this.lampMesh.matrix.makeScale(this.size, this.size, this.size).setPosition(hung);
+    this.lampMesh.material.uniforms.frame.value = [...hung.toArray(), this.size];
     for (const name of ["room", "lamp"]) {
-      this.seen[name].draw(this.things[name], screenOf(camera), size);
+      this.seen[name].draw(this.things[name], camera, size);
     }
     for (const name of Object.keys(this.targets)) {
       this.targets[name] = this.gpu.resized(this.targets[name], size);
