@@ -129,10 +129,19 @@ export class Gpu {
     this.renderer.clear();
   }
 
-  /** Compiles a scene's shaders without making the page wait; whether that worked. */
-  async compile(scene, camera = this.camera) {
+  /** Compiles a scene's shaders, if possible while the page goes on; whether that worked. */
+  async compile(scene) {
     this.fault = "";
-    await this.renderer.compileAsync(scene, camera);
+    if (this.gl.getExtension("KHR_parallel_shader_compile")) {
+      await this.renderer.compileAsync(scene, this.camera);
+    } else {
+      this.renderer.compile(scene, this.camera);
+    }
+    scene.traverse(({ material }) => {
+      if (material) {
+        this.renderer.properties.get(material).currentProgram.getUniforms(); // Looks for faults.
+      }
+    });
     return !this.fault;
   }
 

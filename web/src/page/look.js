@@ -1,7 +1,5 @@
 // The lamp as it is, over a background that one sees through it.
 
-import { Matrix4 } from "three";
-
 import { dispose, HEAD } from "./gpu.js";
 import { LAMP_SEEN, lampUniforms, questions, surfaceGeometry } from "./lamp.js";
 import { Mean } from "./mean.js";
@@ -21,11 +19,6 @@ const LADDER = [
 export function jitter(index) {
   return index === 0 ? [0, 0] : [0.7548776662466927, 0.5698402909980532]
     .map((step) => ((0.5 + index * step) % 1) - 0.5);
-}
-
-/** From the world to the screen. */
-export function screenOf(camera) {
-  return new Matrix4().multiplyMatrices(camera.projectionMatrix, camera.matrixWorldInverse);
 }
 
 export class Look {
@@ -55,7 +48,7 @@ export class Look {
 
   begin(size, index) {
     const camera = this.view.lens(size, jitter(index));
-    this.seen.draw(this.things, screenOf(camera), size);
+    this.seen.draw(this.things, camera, size);
     this.eye.value = camera.position.toArray();
     this.sample = this.gpu.resized(this.sample, size);
     this.gpu.clear(this.sample);

@@ -195,13 +195,11 @@ class Page {
     const view = tab === "look" ? new Look(gpu, lamp, canvas, turned)
       : new Room(gpu, lamp, canvas, turned);
     const tones = new Tones(lamp, tab === "look" ? LOOKING : LIT, () =>
-      view.mean.show(tones.values, false));
+      view.mean.show(tones.values));
     view.tones = tones;
     view.show = () => {
-      if (!tones.isExposed) {
-        view.mean.shown = view.mean.targets.at(-1);
-        tones.expose(view.mean);
-      }
+      view.mean.settle();
+      tones.expose(view.mean);
       view.mean.show(tones.values);
     };
     view.onShown = (size, count) => this.tell(view, size, count);
@@ -319,7 +317,7 @@ class Page {
     if (this.canvas.width !== width || this.canvas.height !== height) {
       this.canvas.width = width;
       this.canvas.height = height;
-      this.subject?.mean.show(this.subject.tones.values, false);
+      this.subject?.mean.show(this.subject.tones.values);
       this.picture?.restart();
     }
   }

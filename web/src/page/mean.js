@@ -83,11 +83,13 @@ export class Mean {
     return found ?? this.gpu.target(width, height, { count: 2 });
   }
 
-  /** Shows the mean as it is now: onto the page. */
-  show({ gain, behind = [[0, 0, 0], [0, 0, 0]], square = 24 }, isNew = true) {
-    if (isNew) {
-      this.shown = this.targets.at(-1);
-    }
+  /** Lets the mean as it is now be what is shown. */
+  settle() {
+    this.shown = this.targets.at(-1);
+  }
+
+  /** Shows it on the page. */
+  show({ gain, behind = [[0, 0, 0], [0, 0, 0]], square = 24 }) {
     if (!this.shown) {
       return;
     }

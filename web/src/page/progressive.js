@@ -52,7 +52,7 @@ export class Progressive {
       const { subject } = this;
       const steps = subject?.ladder.slice(this.firstStep(subject)) ?? [];
       for (const [k, step] of steps.entries()) {
-        if (!(await this.climb(step, { epoch, subject, first: k === 0 }))) {
+        if (!(await this.climb(step, { epoch, subject, first: k === 0, least: step.least }))) {
           break;
         }
       }
@@ -68,8 +68,8 @@ export class Progressive {
   }
 
   /** Whether drawing goes on; the first picture is finished even if something else is asked for. */
-  goesOn({ epoch, subject, first }, index) {
-    return subject === this.subject && (epoch === this.epoch || (first && index === 0));
+  goesOn({ epoch, subject, first, least }, index) {
+    return subject === this.subject && (epoch === this.epoch || (first && index < least));
   }
 
   /** All samples of one size; whether nothing else was asked for meanwhile. */
@@ -81,7 +81,7 @@ export class Progressive {
         return false;
       }
       subject.add(index, size);
-      if (index + 1 >= least || work.first) {
+      if (index + 1 >= least) {
         this.shown = size;
         subject.show(size);
         subject.onShown?.(size, index + 1);

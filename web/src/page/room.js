@@ -1,7 +1,7 @@
 // A small room that the lamp lights: light that comes straight from it, with its shadows.
 //
 // Each sample takes one point of the exit surface for the whole picture. Lengths are those of a room
-// four metres wide; a lamp that is very small or large gets a room to its size.
+// five metres wide; a lamp that is very small or large gets a room to its size.
 
 import {
   BoxGeometry, FrontSide, Matrix4, PlaneGeometry, SphereGeometry, Vector3,
@@ -9,21 +9,22 @@ import {
 
 import { dispose } from "./gpu.js";
 import { LAMP_SEEN, lampUniforms, questions, surfaceGeometry } from "./lamp.js";
-import { jitter, screenOf } from "./look.js";
+import { jitter } from "./look.js";
 import { Mean } from "./mean.js";
 import { OCCLUSION, surfaceTree } from "./occlusion.js";
 import { SurfaceSamples } from "./samples.js";
 import { SEEN, Seen, Things } from "./seen.js";
 import { ViewPoint } from "./view_point.js";
 
-const WIDTH = 4;
+const WIDTH = 5;
+const CORNER = [-2, 2]; // Where two of its walls meet; the others are not there.
 const HEIGHT = 2.7;
 const AREA = 2 * WIDTH * WIDTH + 4 * WIDTH * HEIGHT;
 const REFLECTED = 0.48; // Mean part of the light that comes back; two of the walls are not there.
 const FITTING = [0.02, 0.6]; // Radii of lamps that hang in a room of its true size, metres.
 const USUAL = 0.15; // Radius that other lamps have in their room.
 const LADDER = [
-  { divisor: 8, samples: 4, least: 1 },
+  { divisor: 8, samples: 6, least: 6 },
   { divisor: 4, samples: 16, least: 4 },
   { divisor: 2, samples: 48, least: 12 },
   { divisor: 1, samples: 512, least: 24 },
@@ -164,7 +165,7 @@ export class Room {
       this.things.room.add(geometry, k + 1, { matrix, side: FrontSide, flat: false });
       this.things.lamp.add(geometry, 0, { matrix, side: FrontSide, flat: false });
     }
-    this.lampMesh = this.things.lamp.add(surfaceGeometry(this.lamp), 1, { own: true });
+    this.lampMesh = this.things.lamp.add(surfaceGeometry(this.lamp), 1, { frame: [0, 0, 0, 1] });
     this.lampMesh.matrixAutoUpdate = false;
   }
 
@@ -189,8 +190,9 @@ export class Room {
     const camera = this.view.lens(size, jitter(index));
     const hung = new Vector3(...this.uniforms.hung.value);
     this.lampMesh.matrix.makeScale(this.size, this.size, this.size).setPosition(hung);
+    this.lampMesh.material.uniforms.frame.value = [...hung.toArray(), this.size];
     for (const name of ["room", "lamp"]) {
-      this.seen[name].draw(this.things[name], screenOf(camera), size);
+      this.seen[name].draw(this.things[name], camera, size);
     }
     for (const name of Object.keys(this.targets)) {
       this.targets[name] = this.gpu.resized(this.targets[name], size);
@@ -233,13 +235,16 @@ function thingsSeen() {
   const plane = (matrix, width, height, albedo) =>
     ({ geometry: new PlaneGeometry(width, height), matrix, albedo });
   const turned = (x, y, z, rotation) => rotation.setPosition(x, y, z);
+  const [left, back] = CORNER;
+  const middle = [left + WIDTH / 2, back - WIDTH / 2];
+  const sideways = new Matrix4().makeBasis(new Vector3(0, 1, 0), new Vector3(0, 0, 1),
+    new Vector3(1, 0, 0));
   const walls = [
-    plane(turned(0.5, -0.5, 0, new Matrix4()), WIDTH + 1, WIDTH + 1, FLOOR),
-    plane(turned(0, WIDTH / 2, HEIGHT / 2, new Matrix4().makeRotationX(Math.PI / 2)), WIDTH, HEIGHT,
-      WHITE),
-    plane(turned(-WIDTH / 2, 0, HEIGHT / 2, new Matrix4().makeBasis(new Vector3(0, 1, 0),
-      new Vector3(0, 0, 1), new Vector3(1, 0, 0))), WIDTH, HEIGHT, WHITE),
-    plane(turned(0, 0, HEIGHT, new Matrix4().makeRotationX(Math.PI)), WIDTH, WIDTH, WHITE),
+    plane(turned(...middle, 0, new Matrix4()), WIDTH, WIDTH, FLOOR),
+    plane(turned(middle[0], back, HEIGHT / 2, new Matrix4().makeRotationX(Math.PI / 2)), WIDTH,
+      HEIGHT, WHITE),
+    plane(turned(left, middle[1], HEIGHT / 2, sideways), WIDTH, HEIGHT, WHITE),
+    plane(turned(...middle, HEIGHT, new Matrix4().makeRotationX(Math.PI)), WIDTH, WIDTH, WHITE),
   ];
   const ball = {
     geometry: new SphereGeometry(BALL.size, 64, 48), albedo: CLAY,

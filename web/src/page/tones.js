@@ -30,20 +30,21 @@ export function balanceOf(flux) {
 }
 
 export class Tones {
-  /** `automatic` gives stops for what is seen; `withBackground` whether something is behind. */
+  /** Exposed for a percentile, of the lit pixels only or of all; with something behind or not. */
   constructor(lamp, { percentile, onlyLit, withBackground }, onChange) {
     Object.assign(this, { lamp, percentile, onlyLit, withBackground, onChange });
-    Object.assign(this, { stops: 0, isExposed: false, offset: 0, dimmer: 1, balanced: false });
+    Object.assign(this, { stops: 0, exposed: 0, offset: 0, dimmer: 1, balanced: false });
     this.isClear = lamp.networks.includes("transparency");
     this.background = this.isClear ? "checks" : "black";
     this.level = 0.14;
   }
 
-  /** Exposes for what was drawn first; later only where it is asked for. */
+  /** Exposes for the first picture and the finer ones after it, not for every turn of the lamp. */
   expose(mean) {
-    if (!this.isExposed) {
+    const { width } = mean.shown;
+    if (width > this.exposed) {
       this.stops = mean.stops(this.percentile, this.onlyLit);
-      this.isExposed = true;
+      this.exposed = width;
     }
   }
 
