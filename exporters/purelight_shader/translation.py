@@ -37,16 +37,16 @@ class Translation:
     store: Store
 
 
-def translate(bundle: Bundle, written: int) -> Translation:
+def translate(bundle: Bundle, store: Store) -> Translation:
     """Translates every network of a valid bundle that the format knows.
 
     Arguments:
-        written: constants of at most so many elements go into the code.
+        store: takes their constants.
 
     Raises:
         PureLightError: If a network has no translation.
     """
-    store, programs = Store(written), {}
+    programs = {}
     for network in filter(bundle.manifest.networks.__contains__, KINDS):
         model = bundle.read(members.network(network))
         bounds = limits(network, bundle.manifest.bounding_sphere, bundle.vectors(network))

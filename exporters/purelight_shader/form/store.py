@@ -15,11 +15,13 @@ class Store:
     """Gives constants their places; equal ones share one.
 
     Arguments:
-        written: constants of at most so many elements are written into the code.
+        written: constants of at most so many elements are written into the code,
+        room: as long as all of them together have at most so many.
+        fours: whether what could be read in fours must lie in a buffer.
     """
 
-    def __init__(self, written: int) -> None:
-        self.written = written
+    def __init__(self, written: int = 16, *, room: int = 1 << 20, fours: bool = True) -> None:
+        self.written, self.room, self.fours = written, room, fours
         self._parts: dict[Kind, list[np.ndarray]] = {Kind.FLOAT: [], Kind.INT: []}
         self._sizes = {Kind.FLOAT: 0, Kind.INT: 0}
         self._known: dict[tuple[Kind, bytes], Constant] = {}
@@ -32,10 +34,12 @@ class Store:
         """
         flat = np.ascontiguousarray(data, DTYPES[kind]).ravel()
         key = kind, flat.tobytes()
-        known = self._known.get(key)
+        known, buffered = self._known.get(key), buffered and self.fours
         if known is not None and not (buffered and known.place is None):
             return known
-        inside = kind is Kind.LONG or (flat.size <= self.written and not buffered)
+        fits = flat.size <= min(self.written, self.room) and not buffered
+        inside = kind is Kind.LONG or fits
+        self.room -= flat.size if inside else 0
         exact = kind is Kind.FLOAT or bool((np.abs(flat.astype(np.int64)) <= EXACT).all())
         buffer = Kind.FLOAT if exact else Kind.INT
         place = None if inside else self._reserve(flat, buffer)

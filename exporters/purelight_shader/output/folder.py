@@ -10,13 +10,11 @@ from purelight_format.bundle import Bundle
 from purelight_format.errors import PureLightError
 from purelight_shader.form.survey import needs_long
 from purelight_shader.output import buffers, description, readme
-from purelight_shader.output.targets import HEAD, TARGETS, Made, Target
+from purelight_shader.output.targets import TARGETS, Made, Target
 from purelight_shader.output.vectors import selftest
-from purelight_shader.targets.slang_module import Module, module
-from purelight_shader.translation import Translation, function, translate
+from purelight_shader.translation import Translation, translate
 
 PREFIX = re.compile(r"[a-z][a-z0-9]{0,31}")
-LONGEST = 8 << 20  # Characters of the lamp's functions; real lamps have a hundredth of it.
 
 
 def write(
@@ -52,41 +50,27 @@ def contents(bundle: Bundle, language: str, prefix: str = "purelight") -> dict[s
     if not PREFIX.fullmatch(prefix):
         raise PureLightError(f"the prefix {prefix!r} is not of small letters and digits")
     target = TARGETS[language]
-    translation = translate(bundle, target.written)
+    translation = translate(bundle, target.store())
+    _require_kinds(translation, target)
     test = selftest(translation)
     about = description.description(translation, test, language, prefix)
-    printed = _printed(translation, target, prefix)
-    code = target.make(Made(translation, printed, prefix, about))
-    suffix = next(iter(code)).partition(".")[2]
+    files = target.make(Made(target, translation, test, prefix))
+    suffix = next(iter(files)).partition(".")[2]
+    pages = target.calling, target.selftest, target.buffers
     return {
-        **{name: text.encode() for name, text in code.items()},
-        **dict(buffers.constants(translation.store, textures=target.textures)),
+        **files,
         **dict(buffers.surface(bundle)),
         **dict(test.files()),
         "lamp.json": description.to_bytes(about),
-        "README.md": readme.readme(about, target.title, target.calling, target.selftest, suffix),
+        "README.md": readme.readme(about, target.title, pages, suffix),
     }
 
 
-def _printed(translation: Translation, target: Target, prefix: str) -> Module:
-    """The lamp in Slang, once it is known that the language can take it."""
+def _require_kinds(translation: Translation, target: Target) -> None:
+    """Refuses integers that a language does not have."""
     for network, program in translation.programs.items():
         if not target.has_long and needs_long(program):
             raise PureLightError(
                 f"{network}: needs integers of 64 bits, which {target.title} does not have; "
                 "choose cpp, cuda, glsl, hlsl, metal or slang"
             )
-    names = {network: function(network) for network in translation.programs}
-    head = HEAD.format(digest=translation.bundle.digest) + "\n"
-    made = module(translation.programs, names, prefix, head)
-    if made.elements > target.elements:
-        raise PureLightError(
-            f"a network has arrays of {made.elements:,} numbers, and {target.title} can take "
-            f"{target.elements:,}; train a smaller lamp (purelight-size)"
-        )
-    if len(made.text) > LONGEST:
-        raise PureLightError(
-            f"the lamp's functions have {len(made.text):,} characters, and compilers take at most "
-            f"{LONGEST:,}; train a smaller lamp (purelight-size)"
-        )
-    return made

@@ -9,13 +9,13 @@ from typing import Any
 from purelight_shader.pages import page
 
 
-def readme(about: Mapping[str, Any], title: str, calling: str, selftest: str, suffix: str) -> bytes:
+def readme(about: Mapping[str, Any], title: str, pages: tuple[str, str, str], suffix: str) -> bytes:
     """The file.
 
     Arguments:
         about: the content of lamp.json.
         title: what the language is called.
-        calling, selftest: names of the pages with paragraphs about it.
+        pages: names of those about calling the functions, about the self-test, and about buffers.
         suffix: of the files with code.
     """
     known = {
@@ -24,7 +24,8 @@ def readme(about: Mapping[str, Any], title: str, calling: str, selftest: str, su
         "integers": _integers(about["integers"]["fours"]), **about["surface"],
         **{key: about["selftest"][key] for key in ("rows", "inputs", "outputs")},
     }  # fmt: skip
-    said = {key: _filled(name, known) for key, name in (("calling", calling), ("test", selftest))}
+    keys = ("calling", "test", "buffers")
+    said = {key: _filled(name, known) for key, name in zip(keys, pages, strict=True)}
     return _filled("README.md.in", known | said).encode()
 
 

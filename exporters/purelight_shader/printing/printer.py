@@ -5,8 +5,10 @@ Everything that is printed is made here of names and numbers of ours: no text of
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from math import prod
 
 from purelight_shader.form import memory
 from purelight_shader.form.elements import (
@@ -20,6 +22,7 @@ from purelight_shader.form.elements import (
     Place,
 )
 from purelight_shader.form.statements import Fold, Loop, Product, Program, Rows, Scan, Statement
+from purelight_shader.form.store import FOUR
 
 COUNTERS = tuple(f"k{n}" for n in range(8))
 SUM = "sum"
@@ -203,3 +206,31 @@ class Printer:
 
     def rows(self, statement: Rows) -> None:
         raise NotImplementedError
+
+    def row_strides(self, statement: Rows) -> list[int]:
+        """How far the rows of a table are from each other, for each counter."""
+        extents = statement.extents
+        width = statement.fours * FOUR
+        return [prod(extents[k + 1 :]) * width for k in range(len(extents))]
+
+
+def total(*terms: tuple[int, str | int]) -> str:
+    """The text of a sum of multiples: of counters, none where one has no name, and of one."""
+    texts = []
+    for factor, name in terms:
+        if factor and name == 1:
+            texts.append(str(factor))
+        elif factor and name:
+            texts.append(str(name) if factor == 1 else f"{factor} * {name}")
+    return " + ".join(texts) or "0"
+
+
+def called(text: str, functions: Mapping[str, str]) -> set[str]:
+    """Names of ours that a text calls, as `@_name(...)`, those inside the functions too."""
+    found = set(re.findall(r"@_(\w+)\(", text))
+    while True:
+        inner = [functions[name] for name in found & functions.keys()]
+        more = {name for body in inner for name in re.findall(r"@_(\w+)\(", body)}
+        if more <= found:
+            return found
+        found |= more

@@ -10,7 +10,7 @@ import numpy as np
 from purelight_shader.form.elements import Constant, Kind
 from purelight_shader.form.statements import Port, Product, Program, Rows
 from purelight_shader.form.store import FOUR
-from purelight_shader.printing.printer import Printer
+from purelight_shader.printing.printer import Printer, total
 
 TYPES = {Kind.FLOAT: "float", Kind.INT: "int", Kind.LONG: "int64_t", Kind.BOOL: "bool"}
 VECTORS = {(): "float", (1,): "float", (2,): "float2", (3,): "float3", (4,): "float4"}
@@ -152,14 +152,14 @@ class SlangPrinter(Printer):
             block = "block" if blocks > 1 else ""
             self.add(f"float4 a[{width}];")
             with self.block(self.loop("w", width)):
-                self.add(f"a[w] = {self._bias(statement, _sum((width, block), (1, 'w')))};")
+                self.add(f"a[w] = {self._bias(statement, total((width, block), (1, 'w')))};")
             start = 0
             for extent, expression in statement.parts:
                 counters = ["k0"] if extent > 1 else []
                 with self.loops([extent][: len(counters)], counters), self.block(""):
                     self.add(f"float x = {self.expression(expression, counters)};")
                     column = (width, "".join(counters))
-                    place = _sum((width * inputs, block), column, (1, "w"), (start * width, 1))
+                    place = total((width * inputs, block), column, (1, "w"), (start * width, 1))
                     with self.block(self.loop("w", width)):
                         self.add(f"a[w] += x * {self._four(statement.weight, place)};")
                 start += extent
@@ -174,17 +174,17 @@ class SlangPrinter(Printer):
     def _unpack(self, name: str, four: str, *terms: tuple[int, str]) -> None:
         """Writes the numbers of a four one after the other."""
         for k, component in enumerate(COMPONENTS):
-            self.add(f"{name}[{_sum(*terms, (k, 1))}] = {four}.{component};")
+            self.add(f"{name}[{total(*terms, (k, 1))}] = {four}.{component};")
 
     def rows(self, statement: Rows) -> None:
         name, fours = self.plan.names[statement.target], statement.fours
         counters = [f"k{k}" for k in range(len(statement.extents))]
-        strides = [prod(statement.extents[k + 1 :]) * fours * FOUR for k in range(len(counters))]
+        strides = self.row_strides(statement)
         with self.loops(statement.extents, counters), self.block(""):
             self.add(f"int row = {self.expression(statement.row, counters)};")
             inner = ["w"] if fours > 1 else []
             with self.loops([fours][: len(inner)], inner):
-                place = _sum((fours, "row"), (1, "".join(inner)))
+                place = total((fours, "row"), (1, "".join(inner)))
                 self.add(f"float4 four = {self._four(statement.table, place)};")
                 terms = zip([*strides, FOUR], [*counters, "".join(inner)], strict=True)
                 self._unpack(name, "four", *terms)
@@ -228,14 +228,3 @@ def _gathered(port: Port) -> str:
 
 def _plus(offset: int, index: str) -> str:
     return f"{offset} + {index}" if offset else index
-
-
-def _sum(*terms: tuple[int, str | int]) -> str:
-    """The text of a sum of multiples: of counters, none where one has no name, and of one."""
-    texts = []
-    for factor, name in terms:
-        if factor and name == 1:
-            texts.append(str(factor))
-        elif factor and name:
-            texts.append(str(name) if factor == 1 else f"{factor} * {name}")
-    return " + ".join(texts) or "0"

@@ -16,7 +16,7 @@ from purelight_format import bundle, members
 from purelight_format.bundle import Bundle
 from purelight_format.errors import PureLightError
 from purelight_shader import TARGETS, contents, write
-from purelight_shader.output import folder
+from purelight_shader.output import targets
 from tests.support import bundles, lamp
 from tests.support.compiled import require_compilers
 
@@ -137,7 +137,7 @@ def test_integers_that_fit_into_32_bits_are_written_so(tmp_path: Path) -> None:
 def test_networks_that_no_gpu_has_room_for_are_refused(
     octahedron: Bundle, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(folder, "LONGEST", 1000)
+    monkeypatch.setattr(targets, "LONGEST", 1000)
     with pytest.raises(PureLightError, match="characters"):
         contents(octahedron, "slang")
 
