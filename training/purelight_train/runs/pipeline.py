@@ -176,7 +176,7 @@ def _continue(
     chosen = preset.for_route(route, anchor=anchor)
     asked = config | {"preset": chosen.to_dict()}
     keys = ("digest", "seed", "route", "anchor", "preset", "exit_surface")
-    changed = [key for key in keys if old.get(key) != asked[key]]
+    changed = [key for key in keys if old.get(key) != asked.get(key)]
     if changed:
         raise PureLightError(
             f"{run.path}: was made with another {changed[0]}; choose another --output"
