@@ -53,16 +53,17 @@ def scene_of(path: Path, run: Path, options: Options) -> Iterator[LampFile]:
         yield LampFile(path, _warn_of)
         return
     folder = run / FOLDER
-    fresh = not run.exists(), not folder.exists()
+    fresh = not folder.exists()
+    missing = [parent for parent in folder.parents if not parent.exists()]
     scene = _imported(path, folder, options)
     try:
         yield LampFile(scene, lambda _: None)
     except BaseException:
-        if fresh[1] and not (run / "config.json").is_file():
+        if fresh and not (run / "config.json").is_file():
             shutil.rmtree(folder, ignore_errors=True)
-            if fresh[0]:
+            for parent in missing:
                 with suppress(OSError):
-                    run.rmdir()
+                    parent.rmdir()
         raise
 
 

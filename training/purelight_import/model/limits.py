@@ -11,6 +11,7 @@ LARGEST_PICTURE = 4096  # pixels along a side, to which larger ones are reduced
 TRIANGLES = 10_000_000  # of the lamp, instances counted each
 VERTICES = 3 * TRIANGLES
 NODES = 100_000
+PARTS = 20_000
 DEPTH = 256  # of a hierarchy
 NAME = 80  # characters of a part's name
 MANY_PARTS = 400  # from which on parts of one material become one

@@ -63,15 +63,17 @@ class Builder:
         Raises:
             PureLightError: there are too many.
         """
-        self.foresee(triangles)
+        self.expect(triangles)
         self.triangles += triangles
 
-    def foresee(self, triangles: int) -> None:
-        """Makes sure that so many more can be taken.
+    def expect(self, triangles: int, parts: int = 1) -> None:
+        """Refuses triangles, and parts, that would be too many together with those there are.
 
         Raises:
-            PureLightError: they would be too many.
+            PureLightError: they would be.
         """
+        if len(self.parts) + parts > limits.PARTS:
+            raise PureLightError(f"more than {limits.PARTS:,} parts; join those of one material")
         if self.triangles + triangles > limits.TRIANGLES:
             raise PureLightError(
                 f"more than {limits.TRIANGLES:,} triangles; a lamp needs far fewer: decimate it"
