@@ -12,8 +12,12 @@ from purelight_examples.stages import Record, duration
 from purelight_format import atomic
 from purelight_format.members.manifest import Manifest
 from purelight_format.srgb import png
-from purelight_train.report.grading import Grade, exposure, heat, white_balance
-from purelight_train.report.page import Link, Row, Shot, Table, Wipe, write_page
+from purelight_format.verdict.figures import read
+from purelight_format.verdict.words import judge
+from purelight_train.report.difference import shown, shown_scale
+from purelight_train.report.grading import Grade, exposure, white_balance
+from purelight_train.report.page import Cover, Link, Row, Shot, Table, Wipe, write_page
+from purelight_train.truth.picture import means
 
 METHODS = {
     "path": "Path tracing, same time",
@@ -22,7 +26,7 @@ METHODS = {
     "reference": "Reference, light traced",
 }
 DETAIL = (slice(0.55, 0.86), slice(0.42, 0.73))  # rows and columns, as parts of the picture
-HEAT_WHITE = 0.5
+BLOCK = 4  # pixels a side, over which errors are shown
 PAGE = "lamp.html"
 OWN_PAGE = Link(
     "Turn it yourself",
@@ -36,12 +40,13 @@ def write(folder: Path, lamp: str, done: dict[str, Record], manifest: Manifest) 
     seen = {name: read_exr(folder / f"lamp_{name}.exr") for name in ("asset", "reference")}
     gains = white_balance(manifest.flux)
     grade = Grade(gains, exposure(room["reference"] * gains, 90))
-    sections: list[Row | Wipe | Table | Link] = [
+    sections: list[Cover | Row | Wipe | Table | Link] = [
+        *_cover(manifest),
         Wipe(_shot(grade, "path", room), _shot(grade, "accurate", room)),
         OWN_PAGE,
         _room_row(grade, room, done),
         _detail_row(grade, room),
-        _error_row(room),
+        _error_row(grade, room),
         _lamp_row(gains, seen, done),
         _cost_table(done),
         _network_table(manifest, done),
@@ -53,6 +58,15 @@ def write(folder: Path, lamp: str, done: dict[str, Record], manifest: Manifest) 
         atomic.write_bytes(folder / f"{name}.png", pixels)
     title = f"{lamp.replace('_', ' ').capitalize()}: a lamp as one file"
     write_page(folder / "report.html", title, _lead(done, manifest), sections)
+
+
+def _cover(manifest: Manifest) -> list[Cover]:
+    """The lamp's verdict, if there is one."""
+    found = read(manifest.fidelity.get("verdict"))
+    if found is None:
+        return []
+    told = judge(found, manifest.provenance)
+    return [Cover(told.caption, told.lines)]
 
 
 def prefixed(prefix: str, images: dict[str, Image]) -> list[tuple[str, Image]]:
@@ -121,15 +135,27 @@ def crop(image: Image) -> Image:
     return image[rows, columns]
 
 
-def _error_row(room: dict[str, Image]) -> Row:
-    reference = room["reference"]
-    floor = 0.01 * reference.mean()
-    shots = []
-    for name in ("path", "accurate", "fast"):
-        error = (np.abs(room[name] - reference) / (reference + floor)).mean(-1)
-        shots.append(Shot(METHODS[name], heat(error, HEAT_WHITE)))
-    text = f"Relative error of each pixel, white from {100 * HEAT_WHITE:.0f} %; noise is grainy."
+def _error_row(grade: Grade, room: dict[str, Image]) -> Row:
+    """Differences as shown, of means over squares of pixels, on one scale."""
+    true = grade.shown(blocks(room["reference"]))
+    apart = {n: grade.shown(blocks(room[n])) - true for n in ("path", "accurate", "fast")}
+    scale = shown_scale(np.stack(list(apart.values())))
+    end = f"{100 * scale:.0f} % of white"
+    shots = [
+        Shot(METHODS[name], shown(np.kron(each, np.ones((BLOCK, BLOCK))), scale), scale=end)
+        for name, each in apart.items()
+    ]
+    text = (
+        f"By how much {BLOCK}x{BLOCK} pixels are too bright (warm) or too dark (blue) as shown "
+        "here, in parts of white; the reference's own noise is in it, and noise is grainy."
+    )
     return Row("Where the error is", text, shots)
+
+
+def blocks(image: Image) -> Image:
+    """Means over squares of pixels; what is left over at the border is cut off."""
+    height, width = (side // BLOCK * BLOCK for side in image.shape[:2])
+    return means(image[:height, :width], BLOCK)
 
 
 def _lamp_row(
