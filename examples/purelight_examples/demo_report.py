@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-import OpenEXR
 
+from purelight_examples.exr import read_exr
 from purelight_examples.rendering import Image, errors
 from purelight_examples.stages import Record, duration
 from purelight_format import atomic
@@ -72,12 +72,6 @@ def _cover(manifest: Manifest) -> list[Cover]:
 def prefixed(prefix: str, images: dict[str, Image]) -> list[tuple[str, Image]]:
     """Pictures by the name of their file."""
     return [(f"{prefix}_{name}", image) for name, image in images.items()]
-
-
-def read_exr(path: Path) -> Image:
-    """A picture [H, W, 3]."""
-    with OpenEXR.File(str(path)) as file:
-        return np.asarray(file.channels()["RGB"].pixels, dtype=np.float64)
 
 
 def _lead(done: dict[str, Record], manifest: Manifest) -> str:

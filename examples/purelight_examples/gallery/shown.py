@@ -9,16 +9,17 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from purelight_examples.demo_report import read_exr
+from purelight_examples.exr import read_exr
 from purelight_examples.luminaires.catalog import CATALOG, Entry
-from purelight_examples.rendering import Image
 from purelight_format.bundle import Bundle
 from purelight_format.color import LUMENS_PER_WATT, LUMINANCE
 from purelight_format.members.manifest import Manifest
 from purelight_train.report.grading import Grade, exposure, white_balance
 from purelight_train.runs.progress import duration
 
+Image = NDArray[np.float64]
 BALANCE = 0.6  # how far a lamp's colour is moved towards white
 DAY = Grade((1.0, 1.0, 1.0), -0.4)
 

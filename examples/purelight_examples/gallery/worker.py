@@ -29,7 +29,8 @@ def _work(kind: str, name: str, gallery: Path, settings: str) -> int:
     mi.set_log_level(mi.LogLevel.Error)
     import drjit as dr
 
-    from purelight_examples.gallery.job import LampJob, RoomJob
+    from purelight_examples.gallery.lamp_job import LampJob
+    from purelight_examples.gallery.room_job import RoomJob
 
     chosen = Settings.from_json(settings)
     dr.set_thread_count(chosen.threads)

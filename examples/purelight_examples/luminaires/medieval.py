@@ -36,7 +36,6 @@ class Medieval(Lamp):
         radius: of the corners; height: of the pierced walls.
         columns: of holes on each side; rows: of holes.
         open_to: radius of a hole in parts of half its cell, of `per_side` corners each way.
-        drop: of the bulb below the middle.
         ripple: depth of the glass's hammering, over `dents` around and along.
     """
 
@@ -49,7 +48,6 @@ class Medieval(Lamp):
     open_to: float = 0.92
     per_side: int = 5
     glass_wall: float = 0.004
-    drop: float = 0.01
     ripple: float = 0.0008
     dents: tuple[int, int] = (16, 7)
     lumens: float = 1000.0
@@ -58,8 +56,8 @@ class Medieval(Lamp):
 
     def parts(self) -> list[Part]:
         """The bulb, enamel plates below and above, glass, a pierced enamel liner, bronze."""
-        stand = shift(z=-self.drop) @ turn("x", 180)
-        cup_top = -self.drop - self.bulb.top - GAP
+        cup_top = 0.008 - self._high
+        stand = shift(z=cup_top + GAP + self.bulb.top) @ turn("x", 180)
         wide = 0.95 * (GLASS * self.radius - self.glass_wall)
         low = [[0, cup_top - 0.006], [wide, cup_top - 0.006], [wide, cup_top], [0, cup_top]]
         high = [[0, self._high - 0.006], [wide, self._high - 0.006], [wide, self._high],

@@ -13,10 +13,9 @@ from pathlib import Path
 import numpy as np
 
 from purelight_examples.demo import command, version
-from purelight_examples.gallery.settings import Settings
+from purelight_examples.gallery.settings import SKETCH, Settings
 from purelight_examples.luminaires.catalog import CATALOG, Entry
 from purelight_examples.scenes import lamp_stage
-from purelight_examples.scenes.interiors import INTERIORS
 from purelight_examples.scenes.lamp_choice import NeuralLamp
 from purelight_examples.stages import Figures, Record, Stage, run_stages
 from purelight_format import atomic
@@ -99,15 +98,18 @@ class LampJob:
         """Train, or go on; a run of another lamp or preset is dropped."""
         from purelight_mitsuba import platform
         from purelight_train import cli as train
+        from purelight_train.presets import PRESETS
 
         run, words = self.folder / "run", [done["lamp"].digest, self.settings.preset]
         key = self.folder / "run.key"
         if not key.exists() or key.read_text() != " ".join(words):
             shutil.rmtree(run, ignore_errors=True)
             atomic.write_bytes(key, " ".join(words).encode())
+        PRESETS.setdefault(SKETCH.name, SKETCH)
+        anchor = ["--anchor", "straight"] if self.settings.preset == SKETCH.name else []
         command("purelight-train", train.main, [
             str(self.scene), "--output", str(run), "--preset", self.settings.preset, "--seed", "0",
-            "--threads", str(self.settings.threads), "--no-report", "--resume",
+            "--threads", str(self.settings.threads), "--no-report", "--resume", *anchor,
         ])  # fmt: skip
         platform.use()  # training on a GPU leaves its variant
         metrics = json.loads((run / "metrics.json").read_text())
@@ -170,57 +172,3 @@ class LampJob:
     ) -> Stage:  # fmt: skip
         paths = tuple(self.folder / output for output in outputs)
         return Stage(name, title, expected, settings, action, paths)
-
-
-@dataclass(frozen=True)
-class RoomJob:
-    """A room with the lamps of a gallery.
-
-    Arguments:
-        gallery: folder of the whole gallery; the room's is `rooms/<name>` in it.
-    """
-
-    name: str
-    gallery: Path
-    settings: Settings
-
-    def __call__(self) -> dict[str, Record]:
-        """Render the room unless it is done; returns its record."""
-        self.folder.mkdir(parents=True, exist_ok=True)
-        picture = self.settings.room
-        key = {
-            "lamps": {lamp: _digest(self.bundle(lamp)) for lamp in self.lamps},
-            "scene": repr(INTERIORS[self.name]), "version": version(),
-            "picture": [picture.width, picture.height, picture.spp],
-        }  # fmt: skip
-        output = (self.folder / "room.exr",)
-        return run_stages(
-            self.folder, [Stage("room", "Rendering the room", 60, key, self._render, output)]
-        )
-
-    @property
-    def folder(self) -> Path:
-        return self.gallery / "rooms" / self.name
-
-    @property
-    def lamps(self) -> list[str]:
-        """Names of the lamps that it needs."""
-        return list(INTERIORS[self.name].places())
-
-    def bundle(self, lamp: str) -> Path:
-        """Of one of them."""
-        return self.gallery / lamp / "lamp.plux"
-
-    def _render(self, done: dict[str, Record]) -> Figures:
-        from purelight_examples import rendering
-        from purelight_onnx.picture import write_exr
-
-        lamps = {lamp: NeuralLamp(self.bundle(lamp)) for lamp in self.lamps}
-        scene = INTERIORS[self.name].write(self.folder, lamps, self.settings.room)
-        rendered = rendering.render(scene, self.settings.room.spp, self.name)
-        write_exr(self.folder / "room.exr", rendered.image)
-        return {"seconds": rendered.seconds}
-
-
-def _digest(file: Path) -> str:
-    return hashlib.sha256(file.read_bytes()).hexdigest()
