@@ -55,7 +55,9 @@ const ANSWERS = { open, network };
 self.onmessage = ({ data: request }) => {
   try {
     const answer = ANSWERS[request.do](request);
-    self.postMessage({ id: request.id, answer });
+    const { shader: made } = answer.lamp ?? answer;
+    const textures = made?.textures?.map(({ data }) => data.buffer) ?? [];
+    self.postMessage({ id: request.id, answer }, textures);
   } catch (error) {
     const refused = error instanceof FormatError ? error.message : `${error.name}: ${error.message}`;
     self.postMessage({ id: request.id, refused });

@@ -9,6 +9,8 @@ const FLAGS = [
   "--disable-component-update", "--disable-sync", "--disable-gpu-watchdog",
 ];
 
+const PATIENCE = 240_000; // Milliseconds; the machine may be busy.
+
 export function launch() {
   return chromium.launch({ executablePath: CHROMIUM, headless: true, args: FLAGS });
 }
@@ -17,6 +19,7 @@ export function launch() {
 export async function openPage(browser, address, options = {}) {
   const context = await browser.newContext({ viewport: { width: 1100, height: 760 }, ...options });
   const page = await context.newPage();
+  page.setDefaultTimeout(PATIENCE);
   const complaints = [];
   const asked = [];
   page.on("console", (message) => {
@@ -31,7 +34,7 @@ export async function openPage(browser, address, options = {}) {
 }
 
 /** Waits for a picture of at least so many samples in the canvas's full size. */
-export async function drawn(page, samples = 1, timeout = 240_000) {
+export async function drawn(page, samples = 1, timeout = PATIENCE) {
   await page.waitForFunction((least) => {
     const canvas = document.getElementById("canvas");
     const [width, , count] = (canvas.dataset.shown ?? "").split(" ").map(Number);

@@ -211,6 +211,21 @@ export const CODES = {
     "the manifest says {stated}, it is {actual}",
     "plux.md#m13"
   ],
+  "PLX_MANIFEST_VERDICT": [
+    "warning",
+    "fidelity.verdict is not in the form of M15; it is ignored",
+    "plux.md#m15"
+  ],
+  "PLX_MANIFEST_FINISH_COUNT": [
+    "error",
+    "{count} finishes, at most {limit}",
+    "plux.md#f1"
+  ],
+  "PLX_MANIFEST_FINISH_ENERGY": [
+    "error",
+    "it reflects and lets through {total:.6} of the light",
+    "plux.md#f2"
+  ],
   "PLX_ONNX_TOO_LARGE": [
     "error",
     "{what}: {size}, at most {limit}",
@@ -381,6 +396,11 @@ export const CODES = {
     "the triangles' flux in channel {channel} is {ratio:.4} of the manifest's",
     "plux.md#s4"
   ],
+  "PLX_SURFACE_FINISH": [
+    "error",
+    "a side of triangle {triangle} has a finish that is none of {count}",
+    "plux.md#f3"
+  ],
   "PLX_USD_NOT_FIRST": [
     "error",
     "the first member must be the only USD layer",
@@ -541,6 +561,7 @@ export const LIMITS = {
   "sample_nanoseconds": 2000000,
   "array_bytes": 67108864,
   "crowding": 1024,
+  "finishes": 64,
   "vectors": 1024,
   "golden_milliseconds": 2000,
   "layer_bytes": 134217728,

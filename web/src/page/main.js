@@ -130,6 +130,7 @@ class Page {
     this.gpu?.renderer.setRenderTarget(null);
     this.gpu?.renderer.clear();
     $("panel").hidden = true;
+    delete $("main").dataset.tab;
     $("empty").hidden = false;
     $("name").textContent = $("progress").textContent = "";
     document.title = "PureLight";
@@ -139,10 +140,13 @@ class Page {
   // Tabs
 
   choose(tab) {
-    if (!this.lamp || (tab !== "inspect" && !this.canDraw)) {
+    if (!this.lamp) {
+      return;
+    }
+    if (tab !== "inspect" && !this.canDraw) {
       tab = "inspect";
     }
-    this.tab = tab;
+    this.tab = $("main").dataset.tab = tab;
     for (const name of TABS) {
       $(name).hidden = name !== tab;
       $(`tab-${name}`).setAttribute("aria-selected", String(name === tab));
@@ -180,6 +184,7 @@ class Page {
         throw new Error(`this graphics card does not compile its networks (${
           this.gpu.fault.slice(0, 120)})`);
       }
+      this.complain("");
       this.picture.restart(view);
     } catch (error) {
       if (this.lamp === lamp) {
