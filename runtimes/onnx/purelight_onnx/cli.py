@@ -90,8 +90,11 @@ def _parser() -> command.Parser:
     add = parser.add_argument
     add("bundle", type=Path, help="the lamp, a .plux file")
     add("--output", type=Path, required=True, help="picture.exr; a .png preview goes beside it")
-    add("--web", action="store_true",
-        help="write page.html instead: the lamp in a page that opens in any browser, from disk")
+    add(
+        "--web",
+        action="store_true",
+        help="write page.html instead: the lamp in a page that opens in any browser, from disk",
+    )
     add("--size", type=int, default=256, help="pixels along each side")
     add("--spp", type=int, default=4, help="rays per pixel")
     add("--azimuth", type=float, default=30.0, help="degrees from +X")
