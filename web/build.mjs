@@ -26,7 +26,7 @@ function hashOf(text) {
 
 function policy(script, style) {
   return [
-    "default-src 'none'", `script-src ${hashOf(script)} blob:`, `style-src ${hashOf(style)}`,
+    "default-src 'none'", `script-src ${hashOf(script)}`, `style-src ${hashOf(style)}`,
     "worker-src blob:", "img-src 'none'", "connect-src 'none'", "base-uri 'none'",
     "form-action 'none'",
   ].join("; ");

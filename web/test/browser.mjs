@@ -16,7 +16,7 @@ export function launch() {
 }
 
 /** A tab with the page from disk; `complaints` are what it logs as errors, `asked` what it fetches. */
-export async function openPage(browser, address, options = {}) {
+export async function openPage(browser, address, { patch, ...options } = {}) {
   const context = await browser.newContext({ viewport: { width: 1100, height: 760 }, ...options });
   const page = await context.newPage();
   page.setDefaultTimeout(PATIENCE);
@@ -29,6 +29,9 @@ export async function openPage(browser, address, options = {}) {
   });
   page.on("pageerror", (error) => complaints.push(String(error)));
   page.on("request", (request) => asked.push(request.url()));
+  if (patch) {
+    await page.addInitScript(patch);
+  }
   await page.goto(address);
   return { page, context, complaints, asked };
 }

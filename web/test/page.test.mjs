@@ -280,6 +280,33 @@ test("a valid lamp that is too large for a shader is described, without a pictur
   });
 });
 
+test("where there is no WebGL 2 the lamp is described", NEEDS, async () => {
+  await onPage(async (page) => {
+    assert.match(await page.innerText("#message"), /no WebGL 2/);
+    await open(page, lamp("globe"));
+    assert.ok((await page.innerText("#inspect")).includes("Glass globe"));
+    assert.ok(await page.isDisabled("#tab-look") && await page.isDisabled("#tab-room"));
+  }, { patch: () => {
+    HTMLCanvasElement.prototype.getContext = () => null;
+  } });
+});
+
+test("a graphics card of half floats only draws the lamp", NEEDS, async () => {
+  await onPage(async (page) => {
+    await open(page, lamp("globe"));
+    await drawn(page);
+    assert.equal(await page.evaluate(() => globalThis.purelight.gpu.exact), false);
+    await shot(page, "half_floats");
+    const stops = await page.evaluate(() => globalThis.purelight.views.look.tones.stops);
+    assert.ok(Math.abs(stops) > 0.1 && Math.abs(stops) < 20, `${stops}`);
+  }, { complains: true, patch: () => {
+    const { getExtension } = WebGL2RenderingContext.prototype;
+    WebGL2RenderingContext.prototype.getExtension = function patched(name) {
+      return name === "EXT_color_buffer_float" ? null : getExtension.call(this, name);
+    };
+  } });
+});
+
 test("no text of a file becomes part of the page, and warnings are told", NEEDS, async () => {
   await onPage(async (page) => {
     await open(page, lamp("markup"));

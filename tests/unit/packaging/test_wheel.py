@@ -47,6 +47,10 @@ def test_wheel_holds_every_package(installed: Path, name: str) -> None:
     assert found.is_relative_to(installed)
 
 
+def test_the_page_for_browsers_is_in_the_wheel(installed: Path) -> None:
+    assert (installed / "purelight_onnx/page.html").stat().st_size > 1 << 18
+
+
 def test_validate_command_explains_a_missing_file(installed: Path) -> None:
     code = "import sys; from purelight_format.cli import validate_main as main; sys.exit(main())"
     result = run(installed.parent, "-c", code, "missing.plux")

@@ -77,7 +77,7 @@ def test_the_page_opens_lamps_and_refuses_damaged_ones(
 @pytest.mark.slow
 def test_everything_the_page_can_do(run: Run, folder: Path, chromium: str) -> None:
     output = run("--test", "test/page.test.mjs", PURELIGHT_FILES=str(folder), CHROMIUM=chromium)
-    assert passed(output) == 14
+    assert passed(output) == 16
 
 
 @pytest.mark.slow

@@ -4,7 +4,7 @@ import { BOOL, FLOAT, INT32, INT64 } from "../format/tensors.js";
 import { Bounds } from "./bounds.js";
 import { constant } from "./evaluate.js";
 
-const MOST_LINES = 40_000;
+const MOST_LINES = 12_000;
 const MOST_FOURS = 3_584; // Of arrays; graphics cards have room for 4,096 in a shader.
 const COMPONENTS = "xyzw";
 const TYPES = { float: "float", int: "int", long: "uvec2", bool: "bool" };

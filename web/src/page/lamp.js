@@ -6,15 +6,16 @@
 import { BufferAttribute, BufferGeometry } from "three";
 
 const MOST_TRIANGLES = 3_000_000;
+const MOST = { float: "1e37", half: "6e4" }; // What a texture can hold, with room to spare.
 
 /** GLSL: radiance over the lamp's scale, and transmittance, at a place of the surface in radii. */
-export function questions({ networks }) {
+export function questions({ networks }, { exact }) {
   const through = networks.includes("transparency")
     ? "transparency(centre + radius * place, facing(normal, outgoing), outgoing, transmittance);" : "";
   return `uniform vec3 centre;
 uniform float radius;
 uniform float scale;
-float sound(float x) { return x >= 0.0 && x < 1e37 ? x : 0.0; }
+float sound(float x) { return x >= 0.0 && x < 1e37 ? min(x, ${MOST[exact ? "float" : "half"]}) : 0.0; }
 vec3 sound(vec3 x) { return vec3(sound(x.r), sound(x.g), sound(x.b)); }
 vec3 facing(vec3 normal, vec3 outgoing) { return dot(normal, outgoing) < 0.0 ? -normal : normal; }
 vec3 lightOf(vec3 place, vec3 normal, vec3 outgoing) {
@@ -44,15 +45,16 @@ void main() {
   cover = vec4(1.0 - passing(place, side, outgoing), 1.0);
 }`;
 
-/** The values of `questions`, and the textures of the networks. */
+/** The values of `questions`, and the textures of the networks, which views share. */
 export function lampUniforms(gpu, lamp) {
   const { center, radius } = lamp.sphere;
-  return {
+  lamp.uniforms ??= {
     centre: { value: center },
     radius: { value: radius },
     scale: { value: lamp.scale },
     ...gpu.uniforms(lamp.shader.textures),
   };
+  return lamp.uniforms;
 }
 
 /** Triangles with their flat normals, in radii about the centre. */

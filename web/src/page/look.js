@@ -28,7 +28,7 @@ export class Look {
     this.things.add(surfaceGeometry(lamp), 1);
     this.seen = new Seen(gpu);
     this.eye = { value: [0, 0, 0] };
-    this.light = gpu.pass(lamp.shader.source + questions(lamp) + SEEN + LAMP_SEEN, {
+    this.light = gpu.pass(lamp.shader.source + questions(lamp, gpu) + SEEN + LAMP_SEEN, {
       ...lampUniforms(gpu, lamp), ...this.seen.uniforms, eye: this.eye,
     });
     this.mean = new Mean(gpu);

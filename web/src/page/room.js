@@ -171,7 +171,7 @@ export class Room {
 
   makePasses() {
     const { gpu, lamp, uniforms, seen } = this;
-    const source = lamp.shader.source + questions(lamp) + SEEN;
+    const source = lamp.shader.source + questions(lamp, gpu) + SEEN;
     const texture = () => ({ value: null });
     this.passes = {
       room: gpu.pass(source + OCCLUSION + THINGS + COLORS + LIGHT,
