@@ -257,7 +257,7 @@ def visible_part(
     rays from the missed triangles find it. Neighbours (triangles that share a vertex with a seen
     one) close the pinholes that are left.
     """
-    triangles = _proper(positions, triangles)
+    triangles = proper(positions, triangles)
     whole = ExitSurface(positions, triangles, np.zeros(len(triangles), bool))
     origin, direction = inward_rays(whole.sphere, rays, rng, cosine=True)
     hits = whole.intersect(origin, direction)
@@ -335,7 +335,7 @@ def cosine_directions(normal: Float, rng: np.random.Generator) -> Float:
     return direction.astype(np.float32)
 
 
-def _proper(positions: Float, triangles: NDArray[np.uint32]) -> NDArray[np.uint32]:
+def proper(positions: Float, triangles: NDArray[np.uint32]) -> NDArray[np.uint32]:
     """The triangles that have an area, each once.
 
     Raises:
