@@ -226,7 +226,6 @@ def test_faults_are_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str])
     broken = tmp_path / "scene.usda"
     broken.write_text("#usda 1.0\ndef {")
     assert "OpenUSD cannot read it" in fault(broken, capsys)
-    assert "--denoise" in fault(stage(tmp_path), capsys, "--denoise")
     with pytest.raises(PureLightError, match="no camera"):
         load_usd(stage(tmp_path, camera=""))
 
