@@ -60,7 +60,7 @@ def denoised(
     if not groups:
         return denoise(image, seen), {}
     clean = {name: denoise(group, seen) for name, group in groups.items()}
-    whole: np.ndarray = np.sum(list(clean.values()), axis=0, dtype=np.float32)
+    whole = np.asarray(np.sum(list(clean.values()), axis=0), np.float32)
     return whole, clean
 
 
