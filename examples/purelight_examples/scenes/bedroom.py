@@ -54,7 +54,7 @@ class Bedroom(Interior):
         return wall((-1.89, 0.35, 1.4), 1, (0.55, 0.6))
 
     def parts(self) -> list[Part]:
-        """Shell, bed, stands, wardrobe, rug, picture, curtains."""
+        """Shell, bed, stands, books, rug, picture, curtains."""
         hang = cord(self.places()[self.pendant][0], self.height, self.pendant)
         frame = boxes([((0.2, BACK - 0.015, 1.75), (0.9, 0.03, 0.6))])
         picture = boxes([((0.2, BACK - 0.032, 1.75), (0.8, 0.005, 0.5))])
@@ -120,7 +120,7 @@ def _pillow(at: tuple[float, float, float]) -> trimesh.Trimesh:
 
 
 def _stands() -> list[Part]:
-    """Night stands with drawers, a wardrobe, books."""
+    """Night stands with drawers; books on the bed."""
     body: list[Box] = []
     fronts: list[Box] = []
     for side in (-1, 1):
@@ -128,8 +128,8 @@ def _stands() -> list[Part]:
         body.append(((x, BACK - 0.22, 0.3), (0.46, 0.4, 0.46)))
         fronts += [((x, BACK - 0.43, z), (0.43, 0.02, 0.2)) for z in (0.19, 0.41)]
     books: list[Box] = [
-        ((BED_X - 1.0, BACK - 0.34, 0.545), (0.14, 0.1, 0.025)),
-        ((BED_X - 1.0, BACK - 0.335, 0.57), (0.12, 0.09, 0.02)),
+        ((BED_X + 0.4, 0.02, 0.605), (0.14, 0.2, 0.025)),
+        ((BED_X + 0.41, 0.03, 0.6275), (0.12, 0.18, 0.02)),
     ]
     return [
         Part("stands", boxes(body), WALNUT),

@@ -28,12 +28,12 @@ def train(mitsuba: Any, monkeypatch: pytest.MonkeyPatch) -> Any:
 def stopped(monkeypatch: pytest.MonkeyPatch) -> None:
     """Training ends where the tracing of light would begin."""
     from purelight_format.errors import PureLightError
-    from purelight_train.runs import traced_lamp
+    from purelight_train.light import luminaire
 
     def refuse(*_: Any, **__: Any) -> None:
         raise PureLightError("the work would begin here")
 
-    monkeypatch.setattr(traced_lamp, "trace_records", refuse)
+    monkeypatch.setattr(luminaire, "trace_records", refuse)
 
 
 @pytest.mark.slow
