@@ -110,7 +110,7 @@ def test_counts_are_checked_before_room_is_made(tmp_path: Path, fault: Any) -> N
 
 
 @pytest.mark.parametrize(
-    ("count", "subdivisions", "what"), [(90_000, 1, "parts"), (1_000, 5, "tri")]
+    ("count", "subdivisions", "what"), [(90_000, 1, "20,000 parts"), (1_000, 5, "10,000,000 tri")]
 )
 def test_instances_without_an_end(
     count: int, subdivisions: int, what: str, tmp_path: Path, fault: Any
