@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from textwrap import wrap
 from typing import Any
 
 import numpy as np
@@ -14,9 +15,12 @@ from purelight_format.members import manifest
 from purelight_format.members.fidelity import fidelity_words
 from purelight_format.networks.kinds import KINDS
 from purelight_format.srgb import encode
+from purelight_format.verdict.figures import read
+from purelight_format.verdict.words import judge
 
 ABILITIES = {name: kind.ability for name, kind in KINDS.items() if kind.ability}
 WIDTH = 14
+FOLD = 100
 LONGEST = 9  # Lines for each open-ended table, so that all fits on one screen.
 
 
@@ -42,6 +46,7 @@ def summary_text(bundle: Bundle) -> str:
         f"{_size(len(bundle.data))}",
         *_lamp(bundle),
         *_networks(bundle),
+        *_verdict(about),
         *_table("faithful", _fidelity(about)),
         *_table("made from", list(_flatten("", about.provenance))),
         _line("digest", bundle.digest),
@@ -95,9 +100,21 @@ def _network(bundle: Bundle, name: str) -> str:
     )
 
 
+def _verdict(about: manifest.Manifest) -> list[str]:
+    """What its maker found, in words; nothing if it does not say."""
+    found = read(about.fidelity.get("verdict"))
+    if found is None:
+        return []
+    lines = ["says its maker:", *judge(found, about.provenance).lines]
+    folded = [part for line in lines for part in wrap(line, FOLD, subsequent_indent="  ")]
+    return [_line("verdict" if k == 0 else "", text) for k, text in enumerate(folded)]
+
+
 def _fidelity(about: manifest.Manifest) -> list[str]:
-    """Known figures in words, others as they are."""
+    """Known figures in words, others as they are; not those of the verdict."""
     said, others = fidelity_words(about)
+    if read(others.get("verdict")) is not None:
+        del others["verdict"]
     return [*said, *_flatten("", others)]
 
 

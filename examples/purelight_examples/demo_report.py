@@ -13,7 +13,7 @@ from purelight_format import atomic
 from purelight_format.members.manifest import Manifest
 from purelight_format.srgb import png
 from purelight_train.report.grading import Grade, exposure, heat, white_balance
-from purelight_train.report.page import Row, Shot, Table, Wipe, write_page
+from purelight_train.report.page import Link, Row, Shot, Table, Wipe, write_page
 
 METHODS = {
     "path": "Path tracing, same time",
@@ -23,6 +23,11 @@ METHODS = {
 }
 DETAIL = (slice(0.55, 0.86), slice(0.42, 0.73))  # rows and columns, as parts of the picture
 HEAT_WHITE = 0.5
+PAGE = "lamp.html"
+OWN_PAGE = Link(
+    "Turn it yourself",
+    "The lamp, in a page that opens from disk and needs no network:", PAGE, "open the lamp",
+)  # fmt: skip
 
 
 def write(folder: Path, lamp: str, done: dict[str, Record], manifest: Manifest) -> None:
@@ -31,8 +36,9 @@ def write(folder: Path, lamp: str, done: dict[str, Record], manifest: Manifest) 
     seen = {name: read_exr(folder / f"lamp_{name}.exr") for name in ("asset", "reference")}
     gains = white_balance(manifest.flux)
     grade = Grade(gains, exposure(room["reference"] * gains, 90))
-    sections: list[Row | Wipe | Table] = [
+    sections: list[Row | Wipe | Table | Link] = [
         Wipe(_shot(grade, "path", room), _shot(grade, "accurate", room)),
+        OWN_PAGE,
         _room_row(grade, room, done),
         _detail_row(grade, room),
         _error_row(room),

@@ -21,6 +21,7 @@ from purelight_format.members import (
     PHOTOMETRY,
     PREVIEW,
     container,
+    finishes,
     manifest,
     png,
     surface,
@@ -34,6 +35,7 @@ from purelight_format.networks.profile import NetworkCost, inspect
 from purelight_format.networks.vectors import Vectors
 from purelight_format.usd import layer, side_layer
 from purelight_format.validation.report import Report
+from purelight_format.verdict.figures import read as read_verdict
 
 LOOSE = 0.2  # A tolerance above this part of its value would let a wrong host pass.
 
@@ -183,6 +185,10 @@ def _manifest(examination: Examination) -> Iterator[Issue]:
     data = examination.read(MANIFEST)
     examination._manifest, issues = manifest.examine(data, examination.limits)
     yield from issues
+    about = examination._manifest
+    stated = None if about is None else about.fidelity.get("verdict")
+    if stated is not None and read_verdict(stated) is None:
+        yield issue("PLX_MANIFEST_VERDICT", f"{MANIFEST}/fidelity/verdict")
 
 
 def _digests(examination: Examination) -> Iterator[Issue]:
@@ -222,6 +228,7 @@ def _members(examination: Examination) -> Iterator[Issue]:
     """Which members there are, and the small ones for people."""
     known = {next(iter(examination.entries)), MANIFEST, PHOTOMETRY, PREVIEW}
     known.update(member for member, _ in surface.MEMBERS.values())
+    known.update([finishes.MEMBER] if examination.manifest.finishes else [])
     for network in examination.networks:
         known.update((members.network(network), *vectors.layout(network)))
     for name in examination.entries:
@@ -272,7 +279,8 @@ def _network(examination: Examination, name: str, info: NetworkInfo) -> Iterator
 
 
 def _surface(examination: Examination) -> Iterator[Issue]:
-    found = Surface.from_members(examination.read, examination.limits)
+    count = len(examination.manifest.finishes)
+    found = Surface.from_members(examination.read, examination.limits, count)
     yield from found.issues(
         examination.manifest.bounding_sphere, examination.manifest.flux, examination.limits
     )

@@ -7,10 +7,11 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from purelight_format import command
 from purelight_format.errors import PureLightError
+from purelight_format.ray_file.files import is_ray_file
 from purelight_import.cli import tell
 from purelight_import.formats import is_mitsuba_3
 from purelight_import.options import Options
@@ -31,7 +32,7 @@ class LampFile:
     """
 
     scene: Path
-    look: Callable[[Luminaire], None]
+    look: Callable[[Any], None]
 
 
 @contextmanager
@@ -43,6 +44,11 @@ def scene_of(path: Path, run: Path, options: Options) -> Iterator[LampFile]:
     Raises:
         PureLightError: the file cannot be taken, or the run is of another lamp.
     """
+    if is_ray_file(path):
+        if options.given:
+            raise PureLightError(f"{path}: rays have no parts; leave out what chooses them")
+        yield LampFile(path, lambda _: None)
+        return
     if not options.given and is_mitsuba_3(path):
         yield LampFile(path, _warn_of)
         return

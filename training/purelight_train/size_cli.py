@@ -36,6 +36,7 @@ def _size(arguments: argparse.Namespace) -> int:
     from purelight_mitsuba import platform
 
     platform.use("llvm_ad_rgb")
+    threads.use_for_tracing(arguments.threads)
 
     from purelight_train.sizes.right_size import right_size
     from purelight_train.sizes.student import table

@@ -12,7 +12,7 @@ import pytest
 
 PACKAGES = (
     "purelight_format", "purelight_conformance", "purelight_onnx", "purelight_mitsuba",
-    "purelight_import", "purelight_train", "purelight_export",
+    "purelight_import", "purelight_train", "purelight_export", "purelight_shader",
 )  # fmt: skip
 
 
@@ -48,6 +48,7 @@ def test_a_wrong_name_is_an_attribute_error(package: str) -> None:
         ("purelight_import", "mitsuba"),
         ("purelight_export", "torch"),
         ("purelight_conformance", "onnx"),
+        ("purelight_shader", "onnx"),
     ],
 )
 def test_a_face_loads_nothing_heavy(package: str, heavy: str) -> None:

@@ -15,6 +15,7 @@ FOLDERS = [
     "runtimes",
     "runtimes/mitsuba",
     "runtimes/onnx",
+    "runtimes/cpp",
 ]
 
 

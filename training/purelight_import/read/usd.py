@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from purelight_format.errors import PureLightError
+from purelight_format.usd.walk import Shown, Walk
 from purelight_import.model import limits
 from purelight_import.model.frame import UP, Frame
 from purelight_import.model.lamp import Lamp
@@ -16,7 +17,9 @@ from purelight_import.model.mesh import Mesh
 from purelight_import.read.build import Builder
 from purelight_import.read.usd_lights import KINDS, add_light
 from purelight_import.read.usd_materials import Materials, Surface
-from purelight_mitsuba.usd_scene import shapes, stage
+from purelight_mitsuba import platform
+from purelight_mitsuba.usd_scene import shapes
+from purelight_mitsuba.usd_scene.corners import Corners
 from purelight_mitsuba.usd_scene.values import Values
 
 
@@ -29,14 +32,21 @@ def read_usd(path: Path) -> Lamp:
     """
     from pxr import Usd, UsdGeom
 
+    platform.use()  # Lights with a shaping are plugins, which belong to a variant
+    from purelight_mitsuba.usd_scene import stage
+
     opened = stage.open_stage(path)
     _only_beside(opened, path)
     values, builder = Values(Usd.TimeCode.EarliestTime()), Builder()
     materials = Materials(values, builder.notes, path)
-    for number, prim in enumerate(stage.shown(opened, values, set())):
+
+    def note(prim: Any, text: str) -> None:
+        builder.notes(text, prim.GetName())
+
+    for number, shown in enumerate(Walk(opened, values.time, note)):
         if number > limits.NODES:
             raise PureLightError(f"{path}: more than {limits.NODES:,} prims; export the lamp alone")
-        _add(prim, values, materials, builder)
+        _add(shown, values, materials, builder, note)
     axis = str(UsdGeom.GetStageUpAxis(opened)).lower()
     stated = UsdGeom.StageHasAuthoredMetersPerUnit(opened)
     if not stated:
@@ -69,42 +79,28 @@ def _title(opened: Any) -> str:
     return str(prim.GetMetadata("displayName") or prim.GetName())
 
 
-def _add(prim: Any, values: Values, materials: Materials, builder: Builder) -> None:
-    """Adds what a prim shows, by its type."""
-    kind = str(prim.GetTypeName())
-    if kind == "Mesh":
-        _add_mesh(prim, values, materials, builder)
-    elif kind in shapes.SOLIDS:
-        corners = shapes.solid_corners(prim, values)
-        _add_part(prim, prim, corners, materials, builder)
+def _add(
+    shown: Shown, values: Values, materials: Materials, builder: Builder, note: shapes.Note
+) -> None:
+    """Adds what a prim shows, by its type, at all places where it is."""
+    from purelight_mitsuba.usd_scene.stage import NOT_RENDERED
+
+    prim, kind = shown.prim, str(shown.prim.GetTypeName())
+    if kind in shapes.KINDS:
+        own, copies = values.within(shown.space), len(shown.places)
+        for bound, corners in shapes.shapes(prim, own, materials, note, copies):
+            builder.foresee(copies * len(corners.face))
+            for place in shown.places:
+                _add_part(prim, bound, corners.under(place), materials, builder)
     elif kind in KINDS:
-        add_light(prim, values, builder)
-    elif kind in stage.NOT_RENDERED:
+        for place in shown.places:
+            add_light(prim, values.within(shown.space, place), builder)
+    elif kind in NOT_RENDERED:
         builder.notes(f"{kind} is left out", prim.GetName())
 
 
-def _add_mesh(prim: Any, values: Values, materials: Materials, builder: Builder) -> None:
-    """Adds a mesh, one part for each material."""
-    if values.get(prim, "subdivisionScheme", "catmullClark") != "none":
-        authored = prim.GetAttribute("subdivisionScheme").HasAuthoredValue()
-        if authored or values.primvar(prim, "normals") is None:
-            builder.notes("subdivision surfaces are taken as their control meshes", prim.GetName())
-    corners = shapes.mesh_corners(prim, values)
-    if corners is None:
-        builder.notes("meshes without valid faces are left out", prim.GetName())
-        return
-    rest = np.ones(len(corners.face), bool)
-    for subset, faces in materials.subsets(prim):
-        part = np.isin(corners.face, faces) & rest
-        if part.any():
-            _add_part(prim, subset, corners.take(part), materials, builder)
-        rest &= ~part
-    if rest.any():
-        _add_part(prim, prim, corners.take(rest), materials, builder)
-
-
 def _add_part(
-    prim: Any, bound: Any, corners: shapes.Corners, materials: Materials, builder: Builder
+    prim: Any, bound: Any, corners: Corners, materials: Materials, builder: Builder
 ) -> None:
     surface: Surface = materials.surface(bound, prim)
     two_sided = bool(materials.values.get(prim, "doubleSided", False))
@@ -125,7 +121,7 @@ def _names(prim: Any) -> Iterator[str]:
     return (part for part in str(prim.GetPath()).split("/") if part)
 
 
-def mesh_of(corners: shapes.Corners) -> Mesh:
+def mesh_of(corners: Corners) -> Mesh:
     """Triangles whose equal corners share a vertex."""
     columns = [corners.position.reshape(-1, 3)]
     if corners.normal is not None:

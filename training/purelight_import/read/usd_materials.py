@@ -61,6 +61,10 @@ class Materials:
             faces = subset.GetIndicesAttr().Get(self.values.time)
             yield subset.GetPrim(), np.asarray(faces if faces is not None else [], np.int64)
 
+    def uv_name(self, prim: Any) -> str:
+        """The primvar that holds texture coordinates."""
+        return "st"
+
     def surface(self, bound: Any, shape: Any) -> Surface:
         """What is bound to a prim, or a matt surface of its display colour."""
         from pxr import UsdShade

@@ -47,7 +47,7 @@ class TransparencySize:
 
     def _lines(self, lines: int, part: int) -> tuple[Tensor, ...]:
         """Position, normal, outgoing and a random transmittance of lines through the lamp."""
-        stages, luminaire = self.training.stages, self.training.lamp.luminaire
+        stages, luminaire = self.training.stages, self.training.lamp.modelled
         rng = stages.rng("transparency", part)
         return stages.tensors(*transmittance_set(luminaire, lines, rng, stages.seed + 50 + part))
 
