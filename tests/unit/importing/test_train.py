@@ -58,6 +58,25 @@ def test_from_a_glb_to_a_bundle(
     assert written.manifest.name == "moon_light"
 
 
+def test_an_import_is_taken_again_by_the_same_words(mitsuba: Any, tmp_path: Path) -> None:
+    """What `--resume` relies on; another file or other words are refused."""
+    from purelight_format.errors import PureLightError
+    from purelight_import import Options
+    from purelight_train.foreign import scene_of
+
+    path, run = glb.write(tmp_path, [model.bulb()], "moon_light.glb"), tmp_path / "run"
+    options = Options(emitters=("Bulb=500lm,2700K",), lumens=500.0)
+    with scene_of(path, run, options) as first:
+        written = first.scene.stat().st_mtime_ns
+    with scene_of(path, run, options) as second:
+        assert second.scene.stat().st_mtime_ns == written
+    with pytest.raises(PureLightError, match="other options"), scene_of(path, run, Options()):
+        pass
+    glb.write(tmp_path, model.lamp(), "moon_light.glb")
+    with pytest.raises(PureLightError, match="another lamp"), scene_of(path, run, options):
+        pass
+
+
 @pytest.mark.usefixtures("stopped")
 def test_an_import_that_comes_to_nothing_leaves_nothing(
     train: Any, tmp_path: Path, capfd: pytest.CaptureFixture[str]
