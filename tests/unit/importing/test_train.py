@@ -41,7 +41,7 @@ def test_from_a_glb_to_a_bundle(
     train: Any, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     from purelight_export.cli import main as export
-    from purelight_format import bundle
+    from purelight_format.bundle import Bundle
 
     path, run = glb.write(tmp_path, model.lamp(), "moon_light.glb"), tmp_path / "run"
     options = ["--emitter", "Bulb=500lm,2700K"]
@@ -54,7 +54,7 @@ def test_from_a_glb_to_a_bundle(
     assert train(str(path), "--output", str(run), "--resume", "--lumens", "3") == 2
     assert "other options" in capfd.readouterr().err
     assert export([str(run), "--output", str(tmp_path / "lamp.plux")]) == 0
-    written = bundle.read(tmp_path / "lamp.plux")
+    written = Bundle.open(tmp_path / "lamp.plux")
     assert written.manifest.name == "moon_light"
 
 
