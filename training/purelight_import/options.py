@@ -41,8 +41,9 @@ class Options:
         return self != Options()
 
     def to_dict(self) -> dict[str, Any]:
-        """What was said, for a record."""
-        return {key: value for key, value in asdict(self).items() if value}
+        """What was said, as a record in JSON gives it back."""
+        said = {key: value for key, value in asdict(self).items() if value}
+        return {k: list(v) if isinstance(v, tuple) else v for k, v in said.items()}
 
     @staticmethod
     def of(arguments: argparse.Namespace) -> Options:

@@ -41,7 +41,7 @@ def test_from_a_glb_to_a_bundle(
     train: Any, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     from purelight_export.cli import main as export
-    from purelight_format import bundle
+    from purelight_format.bundle import Bundle
 
     path, run = glb.write(tmp_path, model.lamp(), "moon_light.glb"), tmp_path / "run"
     options = ["--emitter", "Bulb=500lm,2700K"]
@@ -54,8 +54,27 @@ def test_from_a_glb_to_a_bundle(
     assert train(str(path), "--output", str(run), "--resume", "--lumens", "3") == 2
     assert "other options" in capfd.readouterr().err
     assert export([str(run), "--output", str(tmp_path / "lamp.plux")]) == 0
-    written = bundle.read(tmp_path / "lamp.plux")
+    written = Bundle.open(tmp_path / "lamp.plux")
     assert written.manifest.name == "moon_light"
+
+
+def test_an_import_is_taken_again_by_the_same_words(mitsuba: Any, tmp_path: Path) -> None:
+    """What `--resume` relies on; another file or other words are refused."""
+    from purelight_format.errors import PureLightError
+    from purelight_import import Options
+    from purelight_train.foreign import scene_of
+
+    path, run = glb.write(tmp_path, [model.bulb()], "moon_light.glb"), tmp_path / "run"
+    options = Options(emitters=("Bulb=500lm,2700K",), lumens=500.0)
+    with scene_of(path, run, options) as first:
+        written = first.scene.stat().st_mtime_ns
+    with scene_of(path, run, options) as second:
+        assert second.scene.stat().st_mtime_ns == written
+    with pytest.raises(PureLightError, match="other options"), scene_of(path, run, Options()):
+        pass
+    glb.write(tmp_path, model.lamp(), "moon_light.glb")
+    with pytest.raises(PureLightError, match="another lamp"), scene_of(path, run, options):
+        pass
 
 
 @pytest.mark.usefixtures("stopped")

@@ -63,11 +63,11 @@ class Builder:
         Raises:
             PureLightError: there are too many.
         """
-        self.expect(triangles)
+        self.foresee(triangles)
         self.triangles += triangles
 
-    def expect(self, triangles: int, parts: int = 1) -> None:
-        """Refuses triangles, and parts, that would be too many together with those there are.
+    def foresee(self, triangles: int, parts: int = 1) -> None:
+        """Makes sure that so many more triangles and parts can be taken.
 
         Raises:
             PureLightError: they would be.

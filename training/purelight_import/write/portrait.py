@@ -13,6 +13,8 @@ from purelight_format.srgb import exposure, png
 
 SIZE, DAYLIGHT, LIT = 384, 16, 64
 DEPTH = 16
+AZIMUTH, ASIDE = 35.0, 70.0  # degrees: of the camera, and of the main light from there
+DIM, KEY = 0.35, 1.6
 DUSK = 0.05  # even light in the second picture, to see the lamp by
 BRIGHTER = 2.0  # stops than what shows the emitter itself
 CLIP = 40.0  # times white, above which a sample counts as noise
@@ -34,7 +36,7 @@ def portrait(path: Path, lumens: float, places: np.ndarray) -> bytes:
     centre = 0.5 * (places.min(0) + places.max(0))
     radius = max(float(np.linalg.norm(places - centre, axis=1).max()), 1e-6)
     place = (float(centre[0]), float(centre[1]), float(centre[2]))
-    camera = Camera.orbit(BoundingSphere(place, radius), azimuth=35, elevation=12)
+    camera = Camera.orbit(BoundingSphere(place, radius), azimuth=AZIMUTH, elevation=12)
     unlit = _unlit(mi, path, camera)
     views = [png(unlit, 0.0)]
     if lumens > 0:
@@ -54,13 +56,20 @@ def _unlit(mi: Any, path: Path, camera: Camera) -> np.ndarray:
         elif key.endswith("radiance.data"):
             parameters[key] = parameters[key] * 0 + 0.3
     parameters.update()
-    rows = np.linspace(1.3, 0.35, 32, dtype=np.float32)
-    sky = np.repeat(np.repeat(rows[:, None, None], 64, 1), 3, 2)
     turn = mi.ScalarTransform4f().rotate([1, 0, 0], 90)
-    scene = {"type": "scene", "sky": {"type": "envmap", "bitmap": mi.Bitmap(sky), "to_world": turn}}
+    sky = {"type": "envmap", "bitmap": mi.Bitmap(_sky()), "to_world": turn}
+    scene = {"type": "scene", "sky": sky}
     for index, shape in enumerate(parts.shapes()):
         scene[f"shape_{index}"] = shape
     return _render(mi, mi.load_dict(scene, optimize=False), camera, DAYLIGHT)
+
+
+def _sky() -> np.ndarray:
+    """Light from above and from beside the camera, dimmer behind the lamp: [H, W, 3]."""
+    rows = np.linspace(1.3, 0.35, 32)
+    azimuth = np.pi / 2 - 2 * np.pi * (np.arange(64) + 0.5) / 64  # of a column, about +Z
+    columns = DIM + KEY * np.maximum(np.cos(azimuth - np.radians(AZIMUTH + ASIDE)), 0) ** 2
+    return np.repeat(np.outer(rows, columns)[..., None], 3, 2).astype(np.float32)
 
 
 def _render(mi: Any, scene: Any, camera: Camera, samples: int) -> np.ndarray:

@@ -76,7 +76,7 @@ def _add_mesh(
             continue
         if "COLOR_0" in primitive["attributes"]:
             builder.notes("colours of vertices are left out", surface.material.name)
-        builder.expect(len(places) * len(mesh.triangles), len(places))
+        builder.foresee(len(places) * len(mesh.triangles), len(places))
         for place in places:
             builder.add(
                 placed.path[-1] or mesh_name or surface.material.name, mesh.moved(place),
