@@ -59,8 +59,8 @@ class CapMaps:
             "the light above are the same.",
             "What a fast map should be": "Means of the light over 16 x 16 cells.",
             "What the fast map is": "Same exposure. What lights a matt surface is the sum of the "
-            "cells, light here is against the truth; the part of it that is in other cells than it should "
-            "be shows in shadows' edges and in reflections.",
+            "cells; light in other cells than it should be in shows where shadows end and in "
+            "reflections.",
         }
         rows = zip(headings.items(), zip(*columns, strict=True), strict=True)
         return [Row(heading, words, shots) for (heading, words), shots in rows]
