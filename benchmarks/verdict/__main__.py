@@ -53,19 +53,17 @@ def _table(arguments: argparse.Namespace) -> str:
     effort = Effort(arguments.paths, arguments.paths, arguments.spp)
     rows = []
     for folder in arguments.folders:
-        kept = arguments.output / f"{folder.resolve().name}.json"
-        data = json.loads(kept.read_text()) if kept.is_file() else measured(folder, effort)
-        atomic.check_file(kept)
-        atomic.write_bytes(kept, (json.dumps(data, indent=2) + "\n").encode())
-        said = read(data["said"])
-        assert said is not None
-        rows.append(row(folder.resolve().name, said, data["found"]))
+        name = folder.resolve().name
+        data = measured(folder, arguments.output / f"{name}.json", effort)
+        stated = read(data["said"])
+        assert stated is not None
+        rows.append(row(name, stated, data["found"]))
         print("| " + " | ".join(rows[-1]) + " |", file=sys.stderr, flush=True)
     return markdown(rows)
 
 
-def measured(folder: Path, effort: Any) -> dict[str, Any]:
-    """A lamp's verdict, and the truth about it.
+def measured(folder: Path, kept: Path, effort: Any) -> dict[str, Any]:
+    """A lamp's verdict, and the truth about it; what is kept already is not measured again.
 
     Raises:
         PureLightError: its scene, run or bundle is missing.
@@ -77,7 +75,14 @@ def measured(folder: Path, effort: Any) -> dict[str, Any]:
     if not scenes or not (folder / "lamp.plux").is_file():
         raise PureLightError(f"{folder}: no lamp/*.xml with run and lamp.plux beside it")
     subject = Subject(scenes[0], folder / "run", folder / "lamp.plux")
-    return {"said": said(subject).to_json(), "found": found(subject, effort)}
+    atomic.check_file(kept)
+    data = json.loads(kept.read_text()) if kept.is_file() else {}
+    makers = {"said": lambda: said(subject).to_json(), "found": lambda: found(subject, effort)}
+    for name, make in makers.items():
+        if name not in data:
+            data[name] = make()
+            atomic.write_bytes(kept, (json.dumps(data, indent=2) + "\n").encode())
+    return data
 
 
 def said(subject: Any) -> Verdict:

@@ -119,7 +119,7 @@ class Worker:
         ]  # fmt: skip
         said = command(purelight_train.cli.main, words)
         metrics = RunDirectory.open(self.run_folder).read_json("metrics.json")
-        keep = ("seconds", "flux", "flux_gain", "held_out_gain_nats", "dropped")
+        keep = ("seconds", "flux", "flux_gain", "held_out_gain_nats", "dropped", "verdict")
         return {"said": said} | {name: metrics[name] for name in keep if name in metrics}
 
     def _export(self) -> Figures:

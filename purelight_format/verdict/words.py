@@ -16,8 +16,9 @@ from purelight_format.verdict.figures import ZONES, Mode, Verdict
 GOOD, FAIR = 0.05, 0.15
 # Optics calls a detail resolved while half of its contrast is left; a fifth less is barely seen.
 RESOLVED, KEPT = 0.5, 0.8
-# A third of a stop is the smallest step of a camera's exposure; twice the light is a whole one.
-CLEAR, FOGGY = 0.26, 1.0
+# A third of a stop is the smallest step of a camera's exposure; from half a stop on, glass that
+# should be black stands out as grey.
+CLEAR, FOGGY = 0.26, 0.41
 # Fast mode is for smooth light, off by up to a seventh of a stop. It may be as far off as accurate
 # mode is, by what two measurements of the same differ by chance.
 SMOOTH, ALIKE = 0.1, 1.2
@@ -124,12 +125,18 @@ def _look(verdict: Verdict) -> str:
 def _look_line(verdict: Verdict, look: str) -> str:
     seen = verdict.look
     assert seen is not None  # There is a word for it.
-    haze = f"dark parts {_signed(seen.haze)}" if abs(seen.haze) > 0.02 else "dark parts right"
+    size = f"1/{round(1 / seen.size)}" if seen.size > 1e-6 else "any size"
     return (
-        f"look: {look}, {_percent(min(max(seen.detail, 0), 1))} of its detail of 1/"
-        f"{round(1 / seen.size) if seen.size > 0 else 0} is kept, {haze}, "
-        f"pictures {_percent(seen.error)} off (their truth's noise {_percent(seen.noise)})"
+        f"look: {look}, keeps {_percent(min(max(seen.detail, 0), 1))} of details of {size} of its "
+        f"width, {_haze(seen.haze)}, pictures {_percent(seen.error)} off (their truth's noise "
+        f"{_percent(seen.noise)})"
     )
+
+
+def _haze(haze: float) -> str:
+    if abs(haze) < 0.02:
+        return "dark parts right"
+    return f"dark parts {_percent(abs(haze))} too {'bright' if haze > 0 else 'dark'}"
 
 
 # Fast mode

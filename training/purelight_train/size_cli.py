@@ -8,6 +8,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from purelight_format import atomic, command
+from purelight_format.verdict.figures import read
+from purelight_format.verdict.words import judge
 from purelight_train import threads
 
 COMMAND = "purelight-size"
@@ -38,12 +40,17 @@ def _size(arguments: argparse.Namespace) -> int:
     platform.use("llvm_ad_rgb")
     threads.use_for_tracing(arguments.threads)
 
+    from purelight_train.runs.run_directory import RunDirectory
     from purelight_train.sizes.right_size import right_size
     from purelight_train.sizes.student import table
 
     trials, others = right_size(arguments.run, arguments.output, arguments.target_error, "cpu")
     print(table(trials))
     print(", ".join(f"{name.replace('_', ' ')} {value}" for name, value in others.items()))
+    made = RunDirectory.open(arguments.output)
+    found = read(made.read_json("metrics.json").get("verdict"))
+    if found is not None:
+        print(*judge(found, made.provenance).lines, sep="\n")
     print(f"{arguments.output}: the last size; next: purelight-export {arguments.output} "
           "--output lamp.plux")  # fmt: skip
     return 0

@@ -163,8 +163,12 @@ def test_detail_beside_the_lamp_does_not_count() -> None:
 
 def test_a_lamp_without_detail_has_lost_none() -> None:
     even = Picture.exact(np.ones((64, 64, 3)))
-    found = detail(even, even, EYE, np.ones((64, 64), bool))
+    where = np.ones((64, 64), bool)
+    found = detail(even, even, EYE, where)
     assert (found.kept, found.contrast) == (1.0, 0.0)
+    ones = np.ones((64, 64, 3))
+    found = detail(noisy(ones, 0.1, 1), noisy(ones, 0.3, 2), EYE, where)
+    assert (found.kept, found.error) == (1.0, 0.0)
 
 
 # Pictures
@@ -179,7 +183,7 @@ def looked(told: Picture, true: Picture) -> Any:
 
 
 def test_haze_is_light_in_dark_parts(mitsuba: Any) -> None:
-    """A lamp of which half is dark: light there counts beside an eye's own glare of a hundredth."""
+    """A lamp of which half is dark: light there counts beside a wall's, a hundredth of its own."""
     true = np.full((128, 128, 3), 1.0)
     true[:, 64:] = 0.02  # The mean is 0.51.
     told = true.copy()

@@ -89,7 +89,7 @@ def _add(
     if kind in shapes.KINDS:
         own, copies = values.within(shown.space), len(shown.places)
         for bound, corners in shapes.shapes(prim, own, materials, note, copies):
-            builder.expect(copies * len(corners.face), copies)
+            builder.foresee(copies * len(corners.face), copies)
             for place in shown.places:
                 _add_part(prim, bound, corners.under(place), materials, builder)
     elif kind in KINDS:

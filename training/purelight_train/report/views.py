@@ -38,17 +38,18 @@ class LampViews:
     teacher: Radiance | None = None
 
     def rows(self) -> list[Row]:
-        """The rows, one a view."""
-        return [self._row(*each) for each in zip(TITLES, self.views, strict=True)]
+        """The rows, one a view, all at the same exposure."""
+        lit = np.concatenate([view.truth.image[view.mask] for view in self.views])
+        grade = lamp_grade(self.description.flux, lit, 93)
+        return [self._row(grade, *each) for each in zip(TITLES, self.views, strict=True)]
 
-    def _row(self, title: str, view: View) -> Row:
+    def _row(self, grade: Grade, title: str, view: View) -> Row:
         mask = means(view.mask, BLOCK) > 0.5
         fields = {"Student": view.student}
         if self.teacher is not None:
             rng = np.random.default_rng(4)
             taught, _ = field_view(self.surface, self.teacher, view.lens, TEACHER_SPP, rng)
             fields = {"Teacher": taught, "Student": view.student}
-        grade = lamp_grade(self.description.flux, view.truth.image[view.mask], 93)
         shots = [_truth_shot(grade, view.truth, mask)]
         for name, picture in fields.items():
             figures = _errors(picture, view.truth, mask)

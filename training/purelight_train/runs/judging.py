@@ -10,6 +10,7 @@ from purelight_train.light.luminaire import Luminaire
 from purelight_train.light.radiance_field import Float, Radiance
 from purelight_train.networks.fast_map import FastMap
 from purelight_train.networks.sampler import Sampler
+from purelight_train.networks.student import Student
 from purelight_train.runs.evaluation import as_function, gain
 from purelight_train.runs.trained import FAST_MAP, SAMPLER, STUDENT
 from purelight_train.runs.trainer import Trainer
@@ -21,13 +22,18 @@ SOME = 1 << 17  # records that were learned from
 
 def judge(trainer: Trainer) -> Judge:
     """Who measures a finished run; the light it needs is traced when it is asked."""
+    return judge_of(
+        trainer, trainer.network(STUDENT), trainer.network(SAMPLER), trainer.network(FAST_MAP)
+    )
+
+
+def judge_of(trainer: Trainer, student: Student, sampler: Sampler, fast_map: FastMap) -> Judge:
+    """Who measures other networks of a run's lamp."""
     lamp, device = trainer.lamp, trainer.stages.device
     learned = Learned(
-        lamp.reference_rays,
-        as_function(trainer.network(STUDENT), device),
-        _sample(trainer.network(SAMPLER), device),
-        _fast_map(trainer.network(FAST_MAP), device),
-    )
+        lamp.reference_rays, as_function(student, device), _sample(sampler, device),
+        _fast_map(fast_map, device),
+    )  # fmt: skip
     luminaire = lamp.luminaire
     if not isinstance(luminaire, Luminaire):
         raise TypeError("measured rays cannot be traced afresh")

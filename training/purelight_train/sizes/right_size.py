@@ -11,9 +11,12 @@ import shutil
 import tempfile
 from pathlib import Path
 
+from torch import nn
+
 from purelight_format.errors import PureLightError
 from purelight_train.presets import Preset
 from purelight_train.runs.evaluation import as_function, fidelity
+from purelight_train.runs.judging import judge_of, verdict
 from purelight_train.runs.pipeline import reopen
 from purelight_train.runs.run_directory import RunDirectory
 from purelight_train.sizes.sampling import SamplerSizes
@@ -45,6 +48,8 @@ def right_size(
     )  # fmt: skip
     preset, transparency = TransparencySize(training, target)(rung.preset)
     preset, sampling = SamplerSizes(training, target)(preset)
+    if "verdict" in run.read_json("metrics.json"):  # It is about other networks
+        figures["verdict"] = verdict(training, judge_of(training, student, **sampling)).to_json()
     output.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=output.parent, prefix=f".{output.name}") as folder:
         made = RunDirectory(Path(folder) / "run")
@@ -53,7 +58,9 @@ def right_size(
         made.write_json("metrics.json", run.read_json("metrics.json") | figures)
         tried = [trial.to_dict() for trial in trials]
         made.write_json("sizes.json", {"target": target, "trials": tried, **sizes(preset)})
-        for name, module in {"student": student, **transparency, **sampling}.items():
+        modules: dict[str, nn.Module] = {"student": student, **transparency}
+        modules |= {"sampler": sampling["sampler"], "fast_map": sampling["fast_map"]}
+        for name, module in modules.items():
             made.save(name, module, run.read_json(f"networks/{name}.json"))
         made.path.rename(output)
     return trials, sizes(preset)

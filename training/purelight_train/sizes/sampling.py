@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from typing import TypeVar
+from typing import TypedDict, TypeVar
 
 import numpy as np
 import torch
@@ -27,6 +27,13 @@ DEPTH, BINS = 2, 16
 SAMPLER = Optimisation(1200, 1 << 13, 4e-3)
 FAST_MAP = Optimisation(3000, 1 << 8, 1e-2)
 Module = TypeVar("Module", bound=nn.Module)
+
+
+class Networks(TypedDict):
+    """What was found, by name."""
+
+    sampler: Sampler
+    fast_map: FastMap
 
 
 @dataclass
@@ -56,7 +63,7 @@ class SamplerSizes:
         """What a fast map learns from: points and estimates of their cells."""
         return self.training.stages.tensors(samples.point, cell_means(samples))
 
-    def __call__(self, preset: Preset) -> tuple[Preset, dict[str, nn.Module]]:
+    def __call__(self, preset: Preset) -> tuple[Preset, Networks]:
         """The smallest networks, or the run's own, and the preset with their sizes."""
         preset, sampler = self._sampler(preset)
         preset, fast_map = self._fast_map(preset)

@@ -11,7 +11,7 @@ from purelight_train.truth.metrics import Mask
 from purelight_train.truth.picture import Image, Picture, means
 
 VISIBLE = 0.1  # of the mean light: neighbourhoods from there on count in full for an eye
-FAINT = 0.05  # contrast that counts for half
+FAINT = 0.05  # contrast that is just seen, and counts for half
 
 
 @dataclass(frozen=True)
@@ -78,9 +78,10 @@ def join(pictures: list[Picture]) -> Picture:
 
 
 def _transfer(common: Image, square: Image, weight: Image) -> Detail:
+    """The regression; of detail too faint to be seen, nothing is lost."""
     total, power = float(weight.sum()), float(square.sum())
-    if not total > 0 or not power > 0:
-        return Detail(0.0, 1.0, float("inf"))
+    if not power > FAINT**2 * total:
+        return Detail(float(np.sqrt(max(power, 0) / total)) if total > 0 else 0.0, 1.0, 0.0)
     kept = float(common.sum()) / power
     # Neighbourhoods are independent: the spread of a ratio of sums
     error = float(np.sqrt(((common - kept * square) ** 2).sum())) / power

@@ -26,7 +26,9 @@ BLOCK = 4  # errors are those of means over so many pixels squared: a few photon
 SCALES = (Scale(2, 8, eye=True), Scale(4, 16, eye=True))
 KNOWN = 0.06  # standard error of what is kept from where on it is known
 DARK = 0.1  # of the mean radiance of the lamp: what is dimmer is dark
-GLARE = 0.01  # of the mean radiance
+# Of the mean radiance: a light wall (60 %) behind the lamp, eight radii away and lit by it, has so
+# much, and what is much darker is as black beside it
+WALL = 0.01
 
 
 @dataclass(frozen=True)
@@ -117,11 +119,11 @@ class Look:
 
     @property
     def haze(self) -> float:
-        """How much too bright the lamp's dark parts are for an eye, relative; 0 if nothing is dark.
+        """How much too bright the lamp's dark parts are, relative; 0 if nothing is dark.
 
-        An eye scatters about a hundredth of what it sees (`GLARE`), which the dark parts seem to
-        have in truth too. What is dark one half of the truth says, and how dark it is the other, so
-        that what looked dark by chance does not count.
+        Relative to the light that they and the wall behind the lamp (`WALL`) have. What is dark one
+        half of the truth says, and how dark it is the other, so that what looked dark by chance
+        does not count.
         """
         told, true, mask = self._blocks
         level = float((true.image @ LUMINANCE)[mask].mean()) if mask.any() else 0.0
@@ -129,7 +131,7 @@ class Look:
         for one, other in (true.halves, true.halves[::-1]):
             dark = mask & (one @ LUMINANCE < DARK * level)
             more += float(((told.image - other) @ LUMINANCE)[dark].sum())
-            light += float((other @ LUMINANCE + GLARE * level)[dark].sum())
+            light += float((other @ LUMINANCE + WALL * level)[dark].sum())
         return more / light if light > 0 else 0.0
 
     @cached_property
