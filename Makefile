@@ -4,10 +4,13 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/purelight-ready
 
-.PHONY: demo test test-all test-matrix test-node test-web web lint docs bench
+.PHONY: demo gallery test test-all test-matrix test-node test-web web lint docs bench
 
 demo: $(READY)  ## train, export and render a lamp; the report lands in out/demo
 	$(BIN)/purelight-demo --output out/demo
+
+gallery: $(READY)  ## every lamp and room of the examples; look at out/gallery/gallery.html
+	$(BIN)/purelight-gallery --output out/gallery
 
 test: $(READY)  ## the quick tests
 	$(BIN)/pytest -n auto --maxprocesses 4 --dist loadfile -m "not slow"

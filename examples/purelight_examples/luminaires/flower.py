@@ -16,7 +16,7 @@ from purelight_examples.luminaires.materials import COPPER, rough_glass
 from purelight_examples.luminaires.parts import helix, revolve, tube
 from purelight_examples.luminaires.poses import copies, joined, turn
 
-ROSE: RGB = (0.99, 0.74, 0.79)
+ROSE: RGB = (0.99, 0.82, 0.86)
 CUP = 0.3  # of half a petal's width, by which its sides bend inwards
 Floats = NDArray[np.float64]
 
@@ -36,8 +36,8 @@ class Layer:
 
 LAYERS = (
     Layer(5, 0.1, 0.036, 8.0, 40.0, 0.024),
-    Layer(5, 0.15, 0.052, 38.0, 75.0, 0.036, (0.98, 0.64, 0.71)),
-    Layer(6, 0.19, 0.062, 66.0, 112.0, 0.048, (0.97, 0.55, 0.64)),
+    Layer(5, 0.15, 0.052, 38.0, 75.0, 0.036, (0.985, 0.72, 0.78)),
+    Layer(6, 0.19, 0.062, 66.0, 112.0, 0.048, (0.98, 0.62, 0.7)),
 )  # fmt: skip
 
 
@@ -56,7 +56,7 @@ class Flower(Lamp):
     """
 
     name: str = "flower_rough"
-    alpha: float = 0.3
+    alpha: float = 0.28
     layers: tuple[Layer, ...] = LAYERS
     thick: float = 0.003
     grid: tuple[int, int] = (20, 14)

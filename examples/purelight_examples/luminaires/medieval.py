@@ -19,7 +19,7 @@ from purelight_examples.luminaires.poses import joined, shift, turn
 GAP = 0.0015
 BRONZE = tinted_metal((0.3, 0.2, 0.12), 0.35)
 ENAMEL = matt_paint((0.87, 0.84, 0.78))
-AMBER = glass(tint=(0.99, 0.95, 0.87))
+AMBER = glass(tint=(0.995, 0.975, 0.93))
 SIDES = 6
 GLASS = 0.76  # radius of the glass over that of the corners
 
