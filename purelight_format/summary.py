@@ -13,6 +13,7 @@ from purelight_format.issues import plain
 from purelight_format.members import manifest
 from purelight_format.members.fidelity import fidelity_words
 from purelight_format.networks.kinds import KINDS
+from purelight_format.networks.tiers import TIERS
 from purelight_format.srgb import encode
 
 ABILITIES = {name: kind.ability for name, kind in KINDS.items() if kind.ability}
@@ -42,6 +43,7 @@ def summary_text(bundle: Bundle) -> str:
         f"{_size(len(bundle.data))}",
         *_lamp(bundle),
         *_networks(bundle),
+        *([] if about.tier is None else [_line("tier", _tier(about.tier))]),
         *_table("faithful", _fidelity(about)),
         *_table("made from", list(_flatten("", about.provenance))),
         _line("digest", bundle.digest),
@@ -92,6 +94,17 @@ def _network(bundle: Bundle, name: str) -> str:
         "  yes" if ability else "",
         f"{plain(name, WIDTH - 1):<{WIDTH}}{_size(info.bytes):>9}{info.macs_per_sample:>15,}"
         f"{info.floats_per_sample:>9,}   {ability}{share}",
+    )
+
+
+def _tier(name: str) -> str:
+    """A tier, and what it says of the lamp."""
+    known = TIERS.get(name)
+    if known is None:
+        return f"{plain(name, 64)}, of which this version knows nothing"
+    return (
+        f"{known.name}: at most {known.macs:,} multiply-adds (a map {known.map_macs:,}), "
+        f"layers of {known.multiple}; for any GPU"
     )
 
 

@@ -69,6 +69,7 @@ class Manifest:
         fidelity: measured errors against the light-traced lamp.
         extensions: content by reverse-domain name of who defines it.
         members: every member but the manifest; filled by `bundle.write`.
+        tier: what every network keeps to, a key of `tiers.TIERS` or one of another version.
         format_version: major.minor.
         extra: fields this version does not know.
     """
@@ -84,6 +85,7 @@ class Manifest:
     fidelity: dict[str, Any] = field(default_factory=dict)
     extensions: dict[str, Any] = field(default_factory=dict)
     members: dict[str, Member] = field(default_factory=dict)
+    tier: str | None = None
     format_version: str = FORMAT_VERSION
     extra: dict[str, Any] = field(default_factory=dict)
 
@@ -114,6 +116,7 @@ def to_json(manifest: Manifest) -> dict[str, Any]:
         "provenance": manifest.provenance,
         "fidelity": manifest.fidelity,
         "extensions": manifest.extensions,
+        **({} if manifest.tier is None else {"tier": manifest.tier}),
         "members": {
             name: {"size": m.size, "sha256": m.sha256} for name, m in manifest.members.items()
         },
@@ -182,6 +185,7 @@ def _read(reader: Reader) -> Manifest:
         fidelity=reader.free("fidelity"),
         extensions=reader.free("extensions"),
         members={name: _read_member(r) for name, r in reader.objects("members")},
+        tier=reader.optional_text("tier", 64),
     )
     reader.units("units", UNITS)
     if not reader.failed:
