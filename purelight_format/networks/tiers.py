@@ -11,6 +11,7 @@ from purelight_format.networks.operators import FLOAT, INT64, Tensor
 from purelight_format.networks.profile import foretell
 from purelight_format.networks.vectors import SIGNATURES
 
+SMALL = 4  # Elements that are no layer, but a colour or less.
 MAP_CELLS = 256  # A network that answers so much at once is asked once for many directions.
 
 
@@ -70,7 +71,7 @@ def _node_fault(tier: Tier, node: Any, tensors: Mapping[str, Tensor]) -> str:
     if any(tensors[name].dtype == INT64 for name in node.output):
         return "integers of 64 bits"
     first = tensors[node.input[0]]
-    if node.op_type == "Relu" and first.size > 1 and first.size % tier.multiple:
+    if node.op_type == "Relu" and first.size > SMALL and first.size % tier.multiple:
         return f"a layer of {first.size}"
     if node.op_type == "Gather" and first.value is not None and first.dtype != FLOAT:
         return "a table of integers"
