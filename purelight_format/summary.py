@@ -14,6 +14,7 @@ from purelight_format.issues import plain
 from purelight_format.members import manifest
 from purelight_format.members.fidelity import fidelity_words
 from purelight_format.networks.kinds import KINDS
+from purelight_format.networks.tiers import TIERS
 from purelight_format.srgb import encode
 from purelight_format.verdict.figures import read
 from purelight_format.verdict.words import judge
@@ -46,6 +47,7 @@ def summary_text(bundle: Bundle) -> str:
         f"{_size(len(bundle.data))}",
         *_lamp(bundle),
         *_networks(bundle),
+        *([] if about.tier is None else [_line("tier", _tier(about.tier))]),
         *_verdict(about),
         *_table("faithful", _fidelity(about)),
         *_table("made from", list(_flatten("", about.provenance))),
@@ -108,6 +110,17 @@ def _verdict(about: manifest.Manifest) -> list[str]:
     lines = ["says its maker:", *judge(found, about.provenance).lines]
     folded = [part for line in lines for part in wrap(line, FOLD, subsequent_indent="  ")]
     return [_line("verdict" if k == 0 else "", text) for k, text in enumerate(folded)]
+
+
+def _tier(name: str) -> str:
+    """A tier, and what it says of the lamp."""
+    known = TIERS.get(name)
+    if known is None:
+        return f"{plain(name, 64)}, of which this version knows nothing"
+    return (
+        f"{known.name}: at most {known.macs:,} multiply-adds (a map {known.map_macs:,}), "
+        f"layers of {known.multiple}; for any GPU"
+    )
 
 
 def _fidelity(about: manifest.Manifest) -> list[str]:

@@ -30,6 +30,7 @@ from purelight_format.members.surface import Surface
 from purelight_format.networks.golden import golden_vectors
 from purelight_format.networks.probes import Extent
 from purelight_format.networks.profile import inspect
+from purelight_format.networks.tiers import PORTABLE, fault
 from purelight_format.srgb import png
 from purelight_format.usd import asset_layer
 from purelight_format.verdict import caption, figures, words
@@ -90,9 +91,16 @@ def export(
     members |= lamp.surface.to_members()
     members[PHOTOMETRY] = lamp.photometry
     manifest = lamp.manifest(infos, {"onnx_error": errors}, compact=compact)
+    manifest = replace(manifest, tier=_tier(parts))
     members[PREVIEW] = _preview(manifest, members)
     written = bundle.write(output, manifest, members)
     return [output, *_beside(lamp, written, photometry)]
+
+
+def _tier(parts: Sequence[Part]) -> str | None:
+    """The tier that all networks keep to, if there is one."""
+    portable = not any(fault(PORTABLE, part.model, part.name) for part in parts)
+    return PORTABLE.name if portable else None
 
 
 def _power(run: RunDirectory, wanted: float) -> float:

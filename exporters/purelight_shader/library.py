@@ -7,7 +7,7 @@ import os
 import shlex
 import shutil
 import subprocess
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -135,6 +135,16 @@ class Library:
             raise PureLightError("open a lamp first")
         before = (self._lamp, *leading)
         return self._call(name, before, inputs, outputs, ctypes.c_char_p)
+
+    def caller(
+        self, name: str, inputs: Sequence[Array], outputs: Sequence[int], rows: int
+    ) -> Callable[[], None]:
+        """A function of the open lamp on the first rows, ready to be called and timed."""
+        given = [np.ascontiguousarray(array[:rows], np.float32) for array in inputs]
+        results = [np.empty((rows, size), np.float32) for size in outputs]
+        function, count = self._function(name, ctypes.c_char_p), ctypes.c_size_t(rows)
+        pointers = [pointer(array) for array in (*given, *results)]
+        return lambda: _require(function(self._lamp, count, *pointers))
 
     def measure(
         self, name: str, inputs: Sequence[Array], outputs: Sequence[int], *leading: Any

@@ -32,6 +32,7 @@ from purelight_format.members.surface import Surface
 from purelight_format.networks import reference, vectors
 from purelight_format.networks.kinds import KINDS
 from purelight_format.networks.profile import NetworkCost, inspect
+from purelight_format.networks.tiers import TIERS, fault
 from purelight_format.networks.vectors import Vectors
 from purelight_format.usd import layer, side_layer
 from purelight_format.validation.report import Report
@@ -262,6 +263,20 @@ def _networks(examination: Examination) -> Iterator[Issue]:
             yield from _network(examination, name, info)
         except FormatError as error:
             yield error.issue
+    if not examination.findings.errors:
+        yield from _tier(examination)
+
+
+def _tier(examination: Examination) -> Iterator[Issue]:
+    """Every network must keep to the tier that is stated; of other tiers nothing is known."""
+    stated = examination.manifest.tier
+    if stated not in TIERS:
+        return
+    for name in examination.costs:
+        found = fault(TIERS[stated], examination.read(members.network(name)), name)
+        if found:
+            pair = {"stated": stated, "actual": f"none: {name} has {found}"}
+            yield issue("PLX_MANIFEST_COST_MISMATCH", f"{MANIFEST}/tier", **pair)
 
 
 def _network(examination: Examination, name: str, info: NetworkInfo) -> Iterator[Issue]:

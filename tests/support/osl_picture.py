@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 VARIABLE = "PURELIGHT_BPY_PYTHON"
+EYE = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
 
 
 def python() -> str | None:
@@ -36,6 +37,19 @@ def picture(wish: dict[str, Any], folder: Path) -> Any:
     with OpenEXR.File(str(folder / "picture.exr")) as file:
         channels = {name: channel.pixels for name, channel in file.channels().items()}
     return next(iter(channels.values()))[..., :3]
+
+
+def answers(folder: Path, first: int, rows: int) -> Any:
+    """What `selftest.osl` answers: three numbers of each row from `first` on, [rows, 3]."""
+    corners = [[0, -5, 0], [rows, -5, 0], [rows, 5, 0], [0, 5, 0]]
+    camera = [[1, 0, 0, rows / 2], [0, 1, 0, 0], [0, 0, 1, 5], [0, 0, 0, 1]]
+    wish = {
+        "shader": str(folder / "selftest.osl"), "output": "Answer", "row_from_x": True,
+        "inputs": {"Tables": str(folder / "tables.exr"), "First": first},
+        "positions": corners, "triangles": [[0, 1, 2, 3]], "to_world": EYE,
+        "camera": camera, "ortho_scale": rows, "width": rows, "height": 4,
+    }  # fmt: skip
+    return picture(wish, folder)[0]
 
 
 def _render(wish: dict[str, Any]) -> None:

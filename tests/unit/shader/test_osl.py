@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -26,20 +25,6 @@ ASKEW = np.array(
 def require_blender() -> None:
     if osl_picture.python() is None:
         pytest.skip(f"no Python with bpy is known: name one in {osl_picture.VARIABLE}")
-
-
-def answered(folder: Path, first: int, rows: int) -> Any:
-    """Three numbers of each row's answer: [rows, 3]."""
-    corners = [[0, -5, 0], [rows, -5, 0], [rows, 5, 0], [0, 5, 0]]
-    camera = np.eye(4)
-    camera[:3, 3] = rows / 2, 0, 5
-    wish = {
-        "shader": str(folder / "selftest.osl"), "output": "Answer", "row_from_x": True,
-        "inputs": {"Tables": str(folder / "tables.exr"), "First": first},
-        "positions": corners, "triangles": [[0, 1, 2, 3]], "to_world": np.eye(4).tolist(),
-        "camera": camera.tolist(), "ortho_scale": rows, "width": rows, "height": 4,
-    }  # fmt: skip
-    return osl_picture.picture(wish, folder)[0]
 
 
 def shares(folder: Path, found: np.ndarray, first: int) -> dict[str, float]:
@@ -63,7 +48,7 @@ def test_golden_vectors_are_met(first: int, octahedron: Bundle, tmp_path: Path) 
     require_blender()
     write(octahedron, "osl", tmp_path)
     rows = json.loads((tmp_path / "lamp.json").read_text())["selftest"]["rows"]
-    found = shares(tmp_path, answered(tmp_path, first, rows), first)
+    found = shares(tmp_path, osl_picture.answers(tmp_path, first, rows), first)
     assert set(found) == set(octahedron.manifest.networks)
     assert max(found.values()) <= 1, found
 

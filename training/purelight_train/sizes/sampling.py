@@ -20,6 +20,7 @@ from purelight_train.runs import trained
 from purelight_train.runs.evaluation import as_function
 from purelight_train.runs.pipeline import Training
 from purelight_train.runs.stages import rows
+from purelight_train.sizes import portable
 
 POINTS, HELD_OUT_POINTS, DRAWS = 1 << 16, 1 << 12, 1 << 16
 WIDTHS = (16, 20, 24, 32, 48, 64, 96, 128)
@@ -69,25 +70,35 @@ class SamplerSizes:
         preset, fast_map = self._fast_map(preset)
         return preset, {"sampler": sampler, "fast_map": fast_map}
 
+    def portable(self, preset: Preset) -> tuple[Preset, Networks]:
+        """Networks of the portable tier."""
+        sized = portable.sampling(preset)
+        sampler, fast_map = self._trained_sampler(sized), self._trained_map(sized)
+        return sized, {"sampler": sampler, "fast_map": fast_map}
+
     # Sampler
 
     def _sampler(self, preset: Preset) -> tuple[Preset, Sampler]:
         own = self.training.network(trained.SAMPLER)
         bound = self._nats(own) + self.target
         flow = self.training.preset.sampler_flow
-        batches, tensors = SamplerBatches(self.samples), self.training.stages.tensors
         for width in narrower(flow.network.width):
             sized = replace(preset, sampler_flow=FlowSize(2, MLPSize(width, DEPTH), BINS))
-            network = self._build("sampler", Sampler, sized)
-
-            def loss(rng: np.random.Generator, network: Sampler = network) -> Tensor:
-                z, point = tensors(*batches.draw(rng, SAMPLER.batch))
-                return -network.log_density(z, point).mean()
-
-            self.training.stages.try_out(network, loss, SAMPLER)
+            network = self._trained_sampler(sized)
             if self._nats(network) <= bound:
                 return sized, network
         return preset, own
+
+    def _trained_sampler(self, sized: Preset) -> Sampler:
+        batches, tensors = SamplerBatches(self.samples), self.training.stages.tensors
+        network = self._build("sampler", Sampler, sized)
+
+        def loss(rng: np.random.Generator) -> Tensor:
+            z, point = tensors(*batches.draw(rng, SAMPLER.batch))
+            return -network.log_density(z, point).mean()
+
+        self.training.stages.try_out(network, loss, SAMPLER)
+        return network
 
     @torch.no_grad()
     def _nats(self, sampler: Sampler) -> float:
@@ -101,20 +112,24 @@ class SamplerSizes:
 
     def _fast_map(self, preset: Preset) -> tuple[Preset, FastMap]:
         own, size = self.training.network(trained.FAST_MAP), self.training.preset.fast_map_network
-        data, held_out = self._maps(self.samples), self._maps(self.held_out)
+        held_out = self._maps(self.held_out)
         bound = _square_error(own, held_out) * (1 + self.target)
         for width in narrower(size.width):
             sized = replace(preset, fast_map_network=MLPSize(width, DEPTH), fast_map_one_hot=False)
-            network = self._build("fast_map", FastMap, sized)
-
-            def loss(rng: np.random.Generator, network: FastMap = network) -> Tensor:
-                return network.loss(*rows(data, rng, FAST_MAP.batch))
-
-            self.training.stages.try_out(network, loss, FAST_MAP)
-            network.close_power(*data)
+            network = self._trained_map(sized)
             if _square_error(network, held_out) <= bound:
                 return sized, network
         return preset, own
+
+    def _trained_map(self, sized: Preset) -> FastMap:
+        data, network = self._maps(self.samples), self._build("fast_map", FastMap, sized)
+
+        def loss(rng: np.random.Generator) -> Tensor:
+            return network.loss(*rows(data, rng, FAST_MAP.batch))
+
+        self.training.stages.try_out(network, loss, FAST_MAP)
+        network.close_power(*data)
+        return network
 
     def _build(self, name: str, kind: Callable[..., Module], preset: Preset) -> Module:
         return self.training.stages.build(name, kind, self.training.lamp.description, preset)
