@@ -237,7 +237,7 @@ def _preview(manifest: Manifest, members: Members) -> bytes:
     return picture if found is None else caption.under(picture, words.judge(found).caption)
 
 
-def _beside(lamp: Facts, written: bundle.Bundle, photometry: Sequence[str]) -> list[Path]:
+def _beside(lamp: Facts, written: bundle.Bundle, photometry: Sequence[str] = (IES,)) -> list[Path]:
     """Writes the photometric files, the shape for USD lights, and the USD asset."""
     texts = {IES: lambda: lamp.photometry, EULUMDAT: lambda: lamp.eulumdat}
     files = [written.path.with_suffix(f".{kind}") for kind in photometry]

@@ -24,9 +24,9 @@ def _rays(options: argparse.Namespace) -> int:
     require_name(options.output)
     atomic.check_file(options.output)
     if options.source.is_dir():
-        from purelight_mitsuba import platform
+        from purelight_train import variant
 
-        platform.use()
+        variant.use("cpu")
     from purelight_export.rays import rays_file, scaled_to, summary
 
     count = options.count and int(options.count)

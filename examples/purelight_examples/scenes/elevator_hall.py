@@ -8,12 +8,13 @@ import numpy as np
 import trimesh
 
 from purelight_examples.luminaires.lamp_scene import Part, matt
-from purelight_examples.luminaires.materials import BLACK, BRUSHED, glaze
+from purelight_examples.luminaires.materials import BLACK, BRUSHED, glaze, tinted_metal
 from purelight_examples.scenes.furniture import Box, boxes, turned
 from purelight_examples.scenes.interior import Interior, View, hung
 from purelight_examples.scenes.place import Place
 from purelight_examples.scenes.surfaces import floor_tiles, shell
 
+BRONZE = tinted_metal((0.42, 0.34, 0.22), 0.25)
 MARBLE, DARK = glaze((0.68, 0.65, 0.6), 0.06), glaze((0.12, 0.11, 0.11), 0.06)
 
 
@@ -65,7 +66,7 @@ class ElevatorHall(Interior):
             matt("walls", shell((-half, half), (0, depth), self.height), (0.74, 0.7, 0.62)),
             *floor_tiles((-half, half), (0, depth), 0.4, (MARBLE, DARK)),
             Part("doors", boxes(steel), BRUSHED),
-            Part("frames", boxes(frames), glaze((0.3, 0.22, 0.12), 0.12)),
+            Part("frames", boxes(frames), BRONZE),
             Part("slots", boxes(slots), BLACK),
             Part("base", boxes(base), DARK),
             Part("table", boxes(table), glaze((0.2, 0.1, 0.05), 0.1)),
@@ -74,7 +75,7 @@ class ElevatorHall(Interior):
         ]
 
     def _elevators(self) -> tuple[list[Box], list[Box], list[Box]]:
-        """Two leaves each, their frames, and the button panels beside them."""
+        """Two leaves each, their frames, and the dark: between leaves, buttons, displays."""
         steel: list[Box] = []
         frames: list[Box] = []
         slots: list[Box] = []
@@ -83,8 +84,10 @@ class ElevatorHall(Interior):
             for k in range(self.doors):
                 y = self.length * (k + 0.6) / (self.doors + 0.2)
                 steel += [
-                    ((x - side * 0.01, y + s * 0.275, 1.05), (0.02, 0.546, 2.1)) for s in (-1, 1)
+                    ((x - side * 0.02, y + s * 0.277, 1.05), (0.02, 0.538, 2.1)) for s in (-1, 1)
                 ]
+                slots.append(((x - side * 0.005, y, 1.05), (0.01, 1.1, 2.1)))
+                slots.append(((x - side * 0.01, y, 2.36), (0.02, 0.3, 0.12)))
                 frames += [
                     ((x - side * 0.03, y + s * 0.6, 1.1), (0.06, 0.09, 2.2)) for s in (-1, 1)
                 ]

@@ -27,7 +27,7 @@ from purelight_train.light.virtual_surface import (
     virtual_surface,
 )
 
-HELD_OUT_SHARE, LEAST_RAYS = 0.1, 1000
+HELD_OUT_SHARE, LEAST_RAYS, MOST_RAYS = 0.1, 1000, 1 << 23
 SCARCE = 2  # Times that a ray is shown before a network may learn it by heart.
 BESIDE = 0.02  # Of the power that may pass beside a given surface.
 VISIBILITY_RAYS = 1 << 21
@@ -130,7 +130,7 @@ def load_measured(path: Path, seed: int = 0, surface: str = AUTO) -> MeasuredLum
         PureLightError: The file is no ray file or has too few rays, or much of its light passes
             beside the surface.
     """
-    rays = rays_of(read_ray_file(path), seed=seed)
+    rays = rays_of(read_ray_file(path), MOST_RAYS, seed)
     if len(rays) < LEAST_RAYS:
         raise PureLightError(f"{path}: has {len(rays)} rays; {LEAST_RAYS} are the least to learn")
     if surface in (AUTO, START, TIGHT):
