@@ -97,8 +97,7 @@ def _path_traced(record: Record) -> Value:
 
 
 def _training(record: Record) -> Value:
-    seconds = record.figures("train").get("seconds")
-    return sum(seconds.values()) if seconds else None
+    return record.stages.get("train", {}).get("seconds")
 
 
 def _total(record: Record) -> Value:
