@@ -165,6 +165,8 @@ _TABLE = (
     Code("PLX_MANIFEST_MEMBER_UNLISTED", "the manifest does not list this member", "plux.md#m11"),
     Code("PLX_MANIFEST_DIGEST_MISMATCH", "the {what} differs from the manifest's", "plux.md#m12"),
     Code("PLX_MANIFEST_COST_MISMATCH", "the manifest says {stated}, it is {actual}", "plux.md#m13"),
+    Code("PLX_MANIFEST_VERDICT", "fidelity.verdict is not in the form of M15; it is ignored",
+         "plux.md#m15", W),
     Code("PLX_MANIFEST_FINISH_COUNT", "{count} finishes, at most {limit}", "plux.md#f1"),
     Code("PLX_MANIFEST_FINISH_ENERGY", "it reflects and lets through {total:.6} of the light",
          "plux.md#f2"),

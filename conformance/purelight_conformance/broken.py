@@ -274,6 +274,7 @@ FAULTS: dict[str, Make] = {
         {"member": members.network("polarisation"), "macs_per_sample": 1,
          "floats_per_sample": 1, "bytes": 1},
     ),
+    "PLX_MANIFEST_VERDICT": edited("fidelity/verdict", {"photons": "many"}),
     "PLX_MANIFEST_MEMBER_MISSING": edited("members/lost", {"size": 0, "sha256": "0" * 64}),
     "PLX_MANIFEST_MEMBER_UNLISTED": unlisted,
     "PLX_MANIFEST_DIGEST_MISMATCH": edited("members/plain.usda/sha256", "0" * 64),

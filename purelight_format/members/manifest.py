@@ -67,10 +67,12 @@ class Manifest:
         channels: which of R, G, B carry flux; absent ones are exactly zero.
         networks: by name, see `kinds.KINDS`.
         provenance: where the bundle comes from (scene digest, seed, photons, preset).
-        fidelity: measured errors against the light-traced lamp.
+        fidelity: measured errors against the light-traced lamp; its `verdict` is read by
+            `verdict.figures`.
         finishes: what the sides of the exit surface's triangles are made of.
         extensions: content by reverse-domain name of who defines it.
         members: every member but the manifest; filled by `bundle.write`.
+        tier: what every network keeps to, a key of `tiers.TIERS` or one of another version.
         format_version: major.minor.
         extra: fields this version does not know.
     """
@@ -87,6 +89,7 @@ class Manifest:
     finishes: tuple[Finish, ...] = ()
     extensions: dict[str, Any] = field(default_factory=dict)
     members: dict[str, Member] = field(default_factory=dict)
+    tier: str | None = None
     format_version: str = FORMAT_VERSION
     extra: dict[str, Any] = field(default_factory=dict)
 
@@ -118,6 +121,7 @@ def to_json(manifest: Manifest) -> dict[str, Any]:
         "fidelity": manifest.fidelity,
         **finishes.to_json(manifest.finishes),
         "extensions": manifest.extensions,
+        **({} if manifest.tier is None else {"tier": manifest.tier}),
         "members": {
             name: {"size": m.size, "sha256": m.sha256} for name, m in manifest.members.items()
         },
@@ -187,6 +191,7 @@ def _read(reader: Reader, limits: Limits) -> Manifest:
         finishes=finishes.read_all(reader, "finishes", limits),
         extensions=reader.free("extensions"),
         members={name: _read_member(r) for name, r in reader.objects("members")},
+        tier=reader.optional_text("tier", 64),
     )
     reader.units("units", UNITS)
     if not reader.failed:

@@ -53,6 +53,10 @@ class Reader:
         self._wrong(key, f"must be a printable text of 1 to {longest} characters")
         return ""
 
+    def optional_text(self, key: str, longest: int) -> str | None:
+        """A printable string, or nothing."""
+        return None if self._get(key) is None else self.text(key, longest)
+
     def digest(self, key: str) -> str:
         """A SHA-256 in lower-case hexadecimal."""
         value = self._get(key)

@@ -6,7 +6,6 @@ import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -19,11 +18,14 @@ from purelight_format.usd.appearance_text import (
     material_text,
     subset_texts,
 )
+from purelight_format.usd.luminaires import LuminairePrim, luminaires
 from purelight_format.usd.numbers_text import number as _number
 from purelight_format.usd.numbers_text import quoted as _quoted
 from purelight_format.usd.numbers_text import tuple_text as _tuple
 from purelight_format.usd.numbers_text import tuples as _tuples
 from purelight_format.usd_schema import SCHEMA
+
+__all__ = ["LuminairePrim", "Paths", "identifier", "layer_text", "luminaires"]
 
 LINKS = ("lightLink", "shadowLink")
 
@@ -156,62 +158,3 @@ def _fallback(manifest: Manifest, surface: Surface, paths: Paths) -> str:
         uniform token[] xformOpOrder = ["xformOp:translate"]
     }}
 """
-
-
-# Reading, which needs OpenUSD
-
-
-@dataclass(frozen=True)
-class LuminairePrim:
-    """A luminaire on a USD stage.
-
-    Arguments:
-        path: of the prim.
-        bundle: resolved path of the bundle.
-        digest: SHA-256 of its manifest.json, empty if none is given.
-        to_world: [4, 4] matrix for column vectors, in stage units.
-        dimmer: factor on the emission.
-        fallback: paths of the lights that stand in for the luminaire elsewhere.
-        exit_surface: paths of the meshes that show its exit surface.
-    """
-
-    path: str
-    bundle: str
-    digest: str
-    to_world: np.ndarray
-    dimmer: float
-    fallback: tuple[str, ...]
-    exit_surface: tuple[str, ...]
-
-
-def luminaires(stage: Any) -> list[LuminairePrim]:
-    """Finds the luminaires of an open `Usd.Stage`, inside instances as well."""
-    from pxr import Usd
-
-    predicate = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
-    prims = Usd.PrimRange.Stage(stage, predicate)
-    # The applied schemas of the type info are there whether or not the schema is registered.
-    return [_read(p) for p in prims if SCHEMA in p.GetPrimTypeInfo().GetAppliedAPISchemas()]
-
-
-def _read(prim: Any) -> LuminairePrim:
-    from pxr import Usd, UsdGeom
-
-    def value(name: str, default: Any) -> Any:
-        found = prim.GetAttribute(f"purelight:{name}").Get()
-        return default if found is None else found
-
-    def targets(name: str) -> tuple[str, ...]:
-        return tuple(str(p) for p in prim.GetRelationship(f"purelight:{name}").GetTargets())
-
-    bundle = value("bundle", None)
-    matrix = UsdGeom.Xformable(prim).ComputeLocalToWorldTransform(Usd.TimeCode.Default())
-    return LuminairePrim(
-        path=str(prim.GetPath()),
-        bundle=(bundle.resolvedPath or bundle.path) if bundle else "",
-        digest=value("bundleDigest", ""),
-        to_world=np.array(matrix).T,
-        dimmer=float(value("dimmer", 1.0)),
-        fallback=targets("fallback"),
-        exit_surface=targets("exitSurface"),
-    )

@@ -280,6 +280,9 @@ def a_network_of_the_future() -> bytes:
     return edited("networks/polarisation", {"member": "networks/polarisation.onnx", **cost})
 
 
+asset("PLX_MANIFEST_VERDICT")(lambda: edited("fidelity/verdict", {"photons": "many"}))
+
+
 @asset("PLX_MANIFEST_DARK")
 def a_lamp_that_is_switched_off() -> bytes:
     content = lamp.good()

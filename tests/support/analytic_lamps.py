@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -30,12 +30,13 @@ SPHERE = BoundingSphere(CENTRE, RADIUS)
 
 @dataclass(frozen=True)
 class Lamp:
-    """An exit surface, its networks as ONNX, and what it is made of."""
+    """An exit surface, its networks as ONNX, what it is made of, and its stated fidelity."""
 
     surface: Surface
     networks: dict[str, bytes]
     flux: np.ndarray
     finishes: tuple[Finish, ...] = ()
+    fidelity: dict[str, Any] = field(default_factory=dict)
 
     def write(self, path: Path, more: dict[str, bytes] | None = None) -> Path:
         """Writes the lamp as a valid bundle, with more members if wanted."""
@@ -49,6 +50,7 @@ class Lamp:
             r_max=15.0,
             channels=tuple(self.flux > 0),
             finishes=self.finishes,
+            fidelity=self.fidelity,
         )
         bundle.write(path, manifest, members | (more or {}))
         return path

@@ -28,7 +28,7 @@ def _parser() -> command.Parser:
     parser.add_argument("--frame", type=float, help="of a USD stage, its time code")
     parser.add_argument("--aovs", action="store_true", help="add albedo, normal and depth layers")
     parser.add_argument("--light-groups", action="store_true", help="add a layer per lamp's light")
-    parser.add_argument("--denoise", action="store_true", help="needs an NVIDIA GPU (OptiX)")
+    parser.add_argument("--denoise", action="store_true", help="by Open Image Denoise")
     parser.add_argument("--variant", default="llvm_ad_rgb")
     parser.add_argument("--seed", type=int, default=0)
     return parser
@@ -62,8 +62,6 @@ def _check(arguments: argparse.Namespace) -> None:
     for name in ("spp", "width"):
         if getattr(arguments, name) is not None and getattr(arguments, name) < 1:
             raise PureLightError(f"--{name} must be at least 1")
-    if arguments.denoise and not arguments.variant.startswith("cuda"):
-        raise PureLightError("--denoise needs --variant cuda_ad_rgb; Mitsuba has no other denoiser")
     atomic.check_file(output)
 
 
@@ -72,10 +70,12 @@ def _render(arguments: argparse.Namespace) -> int:
     mi.set_log_level(mi.LogLevel.Error)
 
     from purelight_format.srgb import png
-    from purelight_mitsuba.output import first_hit, passes
+    from purelight_mitsuba.output import advice, denoise, first_hit, passes
     from purelight_mitsuba.transport.media import MediaWarning
     from purelight_onnx.picture import write_exr
 
+    if arguments.denoise:
+        denoise.require(arguments.variant)
     scene = _load(arguments)
     if arguments.width is not None:
         passes.resize(scene, arguments.width)
@@ -86,14 +86,18 @@ def _render(arguments: argparse.Namespace) -> int:
         )
     if integrator.prepare(scene).media:
         command.warn(COMMAND, integrator.prepare(scene).media)
+    for line in advice.against_fast_mode(scene) if integrator.mode == "fast" else ():
+        command.warn(COMMAND, line)
     spp = arguments.spp or scene.sensors()[0].sampler().sample_count()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", SpoiltWarning)
         image, layers = passes.render_passes(scene, integrator, spp, arguments.seed, progress=True)
+    if arguments.denoise or arguments.aovs:
+        seen = first_hit.layers(scene, arguments.seed)
     if arguments.denoise:
-        image = passes.denoise(image)
+        image, layers = denoise.denoised(image, layers, seen)
     if arguments.aovs:
-        layers |= first_hit.layers(scene, arguments.seed)
+        layers |= seen
     write_exr(arguments.output, image, layers=layers)
     preview = arguments.output.with_suffix(".png")
     atomic.write_bytes(preview, png(image))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Any
 
 import drjit as dr
 import mitsuba as mi
@@ -13,63 +12,9 @@ import pytest
 
 from purelight_format.errors import PureLightError
 from purelight_mitsuba.cli import main
-from purelight_mitsuba.usd_scene import UsdScene, load_usd
+from purelight_mitsuba.usd_scene import load_usd
 from tests.support import analytic_lamps as lamps
-
-HEADER = '#usda 1.0\n(\n    metersPerUnit = 1\n    upAxis = "Z"\n)\n'
-CAMERA = """
-def Camera "Camera"
-{
-    float focalLength = 20
-    float horizontalAperture = 20
-    float verticalAperture = 20
-    float2 clippingRange = (0.01, 100)
-    double3 xformOp:translate = (0, 0, 4)
-    uniform token[] xformOpOrder = ["xformOp:translate"]
-}
-"""
-LIGHT = """
-def {kind} "Light"
-{{
-    {values}
-    matrix4d xformOp:transform = ( (1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 1, 0), {place} )
-    uniform token[] xformOpOrder = ["xformOp:transform"]
-}}
-"""
-
-
-def stage(folder: Path, *prims: str, camera: str = CAMERA) -> Path:
-    path = folder / "scene.usda"
-    path.write_text(HEADER + camera + "".join(prims))
-    return path
-
-
-def loaded(folder: Path, *prims: str) -> UsdScene:
-    return load_usd(stage(folder, *prims))
-
-
-FLOOR = """
-def Plane "Floor"
-{
-    double width = 0.01
-    double length = 0.01
-    color3f[] primvars:displayColor = [(1, 1, 1)]
-}
-"""
-
-
-def irradiance(folder: Path, light: str) -> np.ndarray:
-    """Of a white floor at the origin, facing +Z, by light sampling."""
-    view = mi.ScalarTransform4f().look_at([0, 0, 1e-3], [0, 0, 0], [0, 1, 0])
-    eye = mi.load_dict({
-        "type": "orthographic",
-        "to_world": view @ mi.ScalarTransform4f().scale([1e-4, 1e-4, 1]),
-        "near_clip": 1e-5,
-        "film": {"type": "hdrfilm", "width": 1, "height": 1, "rfilter": {"type": "box"}},
-    })  # fmt: skip
-    scene, direct = loaded(folder, FLOOR, light).scene, mi.load_dict({"type": "direct"})
-    image = mi.render(scene, sensor=eye, integrator=direct, spp=1 << 14)
-    return np.pi * np.array(image).ravel()[:3]
+from tests.support.usd_stages import CAMERA, LIGHT, first_hit, irradiance, loaded, stage
 
 
 @pytest.mark.parametrize(
@@ -101,12 +46,6 @@ def test_a_rectangle_light_is_as_wide_as_it_says(tmp_path: Path) -> None:
     )
     expected = 0.02 * 0.04 / 4 * np.array([1, 0.5, 0])
     np.testing.assert_allclose(irradiance(tmp_path, light), expected, rtol=0.02)
-
-
-def first_hit(scene: mi.Scene, x: float, y: float) -> Any:
-    """What the camera sees at a place of the picture; (0, 0) is its upper left corner."""
-    ray, _ = scene.sensors()[0].sample_ray(0, 0.5, mi.Point2f(x, y), mi.Point2f(0.5, 0.5))
-    return scene.ray_intersect(mi.Ray3f(ray))
 
 
 def test_camera_sees_right_on_the_right_and_up_above(tmp_path: Path) -> None:
@@ -250,8 +189,8 @@ def test_notes_name_what_is_left_out(tmp_path: Path) -> None:
     found = loaded(
         tmp_path,
         'def BasisCurves "Hair"\n{\n}\n',
-        MESH.format(orientation="rightHanded", scale=1).replace('"none"', '"catmullClark"'),
-        MATERIAL.format(inputs="normal3f inputs:normal.connect = </M/T.outputs:rgb>"),
+        MESH.format(orientation="rightHanded", scale=1).replace('"none"', '"loop"'),
+        MATERIAL.format(inputs="float inputs:occlusion.connect = </M/T.outputs:g>"),
     )
     assert [note.split(":")[0] for note in found.notes] == ["/Hair", "/Quad", "/M/S"]
 
@@ -287,7 +226,6 @@ def test_faults_are_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str])
     broken = tmp_path / "scene.usda"
     broken.write_text("#usda 1.0\ndef {")
     assert "OpenUSD cannot read it" in fault(broken, capsys)
-    assert "--denoise" in fault(stage(tmp_path), capsys, "--denoise")
     with pytest.raises(PureLightError, match="no camera"):
         load_usd(stage(tmp_path, camera=""))
 

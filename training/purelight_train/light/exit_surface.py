@@ -72,6 +72,8 @@ class ExitSurface:
         two_sided: [T] thin sheets that are seen, and so emit, from both sides.
         vertex_normals: [V, 3] unit normals of the scene's own shading, zero where it is flat;
             flat everywhere if None.
+        virtual: [T] mere places that light passes straight, where measured rays come from; none
+            if None.
         source: [T] which of the triangles it was made from each is; None if nobody asks.
         turned: [T] whether their winding is the other way round there.
     """
@@ -80,6 +82,7 @@ class ExitSurface:
     triangles: NDArray[np.uint32]
     two_sided: NDArray[np.bool_]
     vertex_normals: Float | None = None
+    virtual: NDArray[np.bool_] | None = None
     source: NDArray[np.int64] | None = None
     turned: NDArray[np.bool_] | None = None
 
@@ -288,7 +291,9 @@ def visible_part(
     used, compact = np.unique(facing_out[keep], return_inverse=True)
     normals = None if vertex_normals is None else vertex_normals[used]
     faces = compact.reshape(-1, 3).astype(np.uint32)
-    return ExitSurface(positions[used], faces, two_sided[keep], normals, proper[keep], turned[keep])
+    return ExitSurface(
+        positions[used], faces, two_sided[keep], normals, source=proper[keep], turned=turned[keep]
+    )
 
 
 def _leaving(

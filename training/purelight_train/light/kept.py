@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import drjit as dr
 import mitsuba as mi
@@ -103,30 +102,32 @@ class _Arrivals:
         return self._lamp.scatter(si, ray, weight, sampler, active)
 
 
-def parts_away(path: Path) -> list[str]:
+def parts_away(scene: mi.Scene) -> list[str]:
     """Names of the dark, opaque parts that are away from the light, and so from the rest.
 
     They get next to none of it, are seen from outside, and lie for the greater part outside of the
     sphere around all that shines, lets light pass, or gets more of it.
     """
-    scene: Any = mi.load_file(str(path.resolve()), optimize=False)
-    shapes, arrives = scene.shapes(), _arriving(scene)
-    dark = np.array([
-        not shape.is_emitter() and _opaque(shape.bsdf()) and arrives[k] <= MOST_LIGHT
-        for k, shape in enumerate(shapes)
-    ])  # fmt: skip
-    if dark.all() or not dark.any():
-        return []
+    shapes = scene.shapes()
+    dark = np.array([not shape.is_emitter() and _opaque(shape.bsdf()) for shape in shapes])
     places = _places(scene)
-    sphere = bounding_sphere(
-        np.concatenate([p for p, d in zip(places, dark, strict=True) if not d])
-    )
-    seen = _seen(scene)
-    return [
-        shape.id()
-        for k, shape in enumerate(shapes)
-        if shape.id() and dark[k] and seen[k] > LEAST_SEEN and _outside(places[k], sphere)
-    ]
+    if not _beyond(places, dark).any():  # No more than these can be, so that no light is needed.
+        return []
+    dark &= _arriving(scene) <= MOST_LIGHT
+    away = _beyond(places, dark)
+    if not away.any():
+        return []
+    away &= _seen(scene) > LEAST_SEEN
+    return [shape.id() for k, shape in enumerate(shapes) if away[k] and shape.id()]
+
+
+def _beyond(places: list[NDArray[np.float32]], dark: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Which dark shapes lie for the greater part outside of the sphere around the others: [S]."""
+    if dark.all() or not dark.any():
+        return np.zeros(len(dark), bool)
+    rest = np.concatenate([p for p, d in zip(places, dark, strict=True) if not d])
+    sphere = bounding_sphere(rest)
+    return np.array([d and _outside(p, sphere) for p, d in zip(places, dark, strict=True)])
 
 
 def _arriving(scene: mi.Scene) -> Array:

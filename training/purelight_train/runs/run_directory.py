@@ -20,7 +20,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
+from pathlib import Path, PurePath
 from typing import Any, TypeVar
 
 import numpy as np
@@ -94,6 +94,20 @@ class RunDirectory:
     @property
     def config(self) -> dict[str, Any]:
         return self.read_json("config.json")
+
+    @property
+    def provenance(self) -> dict[str, Any]:
+        """How the lamp was made, as a manifest says it."""
+        config, about = self.config, self.description
+        return {
+            "scene": PurePath(config["luminaire"].replace("\\", "/")).name,
+            "scene_digest": config["digest"],
+            "seed": config["seed"],
+            "route": config["route"],
+            "preset": config["preset"]["name"],
+            "anchor": config["preset"]["anchor"],
+            "photons": about.paths,
+        }
 
     @property
     def preset(self) -> Preset:

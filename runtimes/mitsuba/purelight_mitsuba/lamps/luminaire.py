@@ -14,6 +14,7 @@ from purelight_format.color import LUMINANCE
 from purelight_format.errors import PureLightError
 from purelight_format.measures import BoundingSphere
 from purelight_format.members import PHOTOMETRY
+from purelight_format.members.manifest import Manifest
 from purelight_format.members.surface import Surface
 from purelight_mitsuba.translate.compile_cost import require_compilable
 from purelight_mitsuba.translate.golden import require_golden
@@ -55,6 +56,11 @@ class Luminaire:
         self._networks: dict[tuple[str, str], FusedNetwork] = {}
         self._checked: set[tuple[str, str]] = set()
         self._sessions: dict[tuple[str, int], Session] = {}
+
+    @property
+    def manifest(self) -> Manifest:
+        """What the bundle says of itself."""
+        return self._bundle.manifest
 
     def has(self, network: str) -> bool:
         """Returns whether the bundle carries a network."""

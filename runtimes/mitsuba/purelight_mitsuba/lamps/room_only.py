@@ -6,11 +6,11 @@ from typing import Any
 
 import drjit as dr
 import mitsuba as mi
-import numpy as np
 
 from purelight_mitsuba.lamps.emitter import BundleEmitter
 from purelight_mitsuba.lamps.table import Frame
-from purelight_mitsuba.sampling.far_field import HORIZONTAL, VERTICAL, FarField
+from purelight_mitsuba.sampling.direction_table import DirectionTable
+from purelight_mitsuba.sampling.far_field import FarField
 from purelight_mitsuba.sampling.surface_sampler import SurfaceSampler
 
 
@@ -31,10 +31,8 @@ class RoomOnlyEmitter(BundleEmitter):
         super().__init__(props)
         field = FarField.of(self.luminaire.photometry(), self.luminaire.path.name)
         intensity = field.values[..., None] * self.luminaire.flux
-        padded = np.pad(intensity, [(0, 0), (0, 0), (0, 1)])
-        self._table = mi.Float(padded.astype(np.float32).ravel())
+        self._intensity = DirectionTable(intensity)
         self._surface = SurfaceSampler([self.luminaire.surface])
-        dr.eval(self._table)
         self.m_flags = mi.EmitterFlags.DeltaPosition
 
     def _place(self) -> None:
@@ -64,25 +62,6 @@ class RoomOnlyEmitter(BundleEmitter):
         ds.pdf = dr.select(active & (square > 0), mi.Float(1), 0)
         ds.delta = mi.Bool(True)
         ds.emitter = mi.EmitterPtr(self)
-        intensity = self._intensity(-self._frame.direction_to_local(ds.d), active)
+        intensity = self._intensity.at(-self._frame.direction_to_local(ds.d), active)
         factor = dr.square(self._frame.scale) * self._frame.dimmer / square
         return ds, dr.select(ds.pdf > 0, intensity * factor, 0)
-
-    def _intensity(self, outgoing: mi.Vector3f, active: mi.Bool) -> mi.Color3f:
-        """W/sr in a direction of the luminaire frame."""
-        sine = dr.sqrt(dr.square(outgoing.x) + dr.square(outgoing.y))
-        v = dr.atan2(sine, -outgoing.z) * ((VERTICAL - 1) / dr.pi)
-        turn = dr.atan2(outgoing.y, outgoing.x) * dr.inv_two_pi
-        h = (turn - dr.floor(turn)) * (HORIZONTAL - 1)
-        row = dr.clip(dr.floor(v), 0, VERTICAL - 2)
-        plane = dr.clip(dr.floor(h), 0, HORIZONTAL - 2)
-        first = mi.UInt32(plane) * VERTICAL + mi.UInt32(row)
-        low, high = (
-            dr.lerp(self._node(first + k, active), self._node(first + k + 1, active), v - row)
-            for k in (0, VERTICAL)
-        )
-        return dr.lerp(low, high, h - plane)
-
-    def _node(self, index: mi.UInt32, active: mi.Bool) -> mi.Color3f:
-        value = dr.gather(mi.Vector4f, self._table, index, active)
-        return mi.Color3f(value.x, value.y, value.z)

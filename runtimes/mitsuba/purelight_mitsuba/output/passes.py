@@ -109,9 +109,3 @@ def resize(scene: mi.Scene, width: int) -> None:
     parameters["film.crop_size"] = new
     parameters["film.crop_offset"] = [0, 0]
     parameters.update()
-
-
-def denoise(image: np.ndarray) -> np.ndarray:
-    """Mitsuba's OptiX denoiser, for pictures [H, W, 3]; CUDA only."""
-    height, width = image.shape[:2]
-    return np.array(mi.OptixDenoiser([width, height])(mi.TensorXf(image)))

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from purelight_format.photometry.reader import read_ies
+from purelight_format.photometry.table import IntensityTable
 
 VERTICAL, HORIZONTAL = 181, 145  # Nodes of the regular table, both ends included.
 
@@ -25,15 +26,20 @@ class FarField:
     @staticmethod
     def of(text: bytes, name: str) -> FarField:
         """Reads IES LM-63 text; for arguments and errors see `read_ies`."""
-        table = read_ies(text, name)
-        nodes = np.linspace(0, 180, VERTICAL), np.linspace(0, 360, HORIZONTAL)
-        return FarField(_normalised(table.resampled(*nodes)))
+        values = on_grid(read_ies(text, name))
+        total = integral(values)
+        return FarField(values / total if total > 0 else values)
 
 
-def _normalised(values: np.ndarray) -> np.ndarray:
+def on_grid(table: IntensityTable) -> np.ndarray:
+    """Intensity at the nodes of the regular table: [HORIZONTAL, VERTICAL]."""
+    return table.resampled(np.linspace(0, 180, VERTICAL), np.linspace(0, 360, HORIZONTAL))
+
+
+def integral(values: np.ndarray) -> float:
+    """Of values at the nodes over all directions."""
     angle = np.linspace(0, np.pi, VERTICAL)
     step = angle[1]
     weight = 2 * np.sin(angle) * (1 - np.cos(step)) / step  # Of a hat over sin.
     weight[[0, -1]] = 1 - np.sin(step) / step
-    total = 2 * np.pi * float(values[:-1].mean(0) @ weight)
-    return values / total if total > 0 else values
+    return 2 * np.pi * float(values[:-1].mean(0) @ weight)

@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from typing import Any
 
 import mitsuba as mi
 import numpy as np
 
+from purelight_mitsuba.usd_scene.shaping import shaping
 from purelight_mitsuba.usd_scene.values import Values, rigid, scales
 
 KINDS = (
     "SphereLight", "DiskLight", "RectLight", "CylinderLight", "DistantLight", "DomeLight",
     "DomeLight_1",
 )  # fmt: skip
+FLAT = ("disk", "rectangle")
 Note = Callable[[Any, str], None]
 
 
@@ -27,23 +30,20 @@ def light(prim: Any, values: Values, note: Note) -> Iterator[Any]:
         "CylinderLight": _cylinder,
         "DistantLight": _distant,
     }.get(str(prim.GetTypeName()), _dome)
-    for name in ("shaping:ies:file", "shaping:cone:angle", "colorTemperature"):
-        if _used(prim, values, name):
-            note(prim, f"{name} is not supported and was ignored")
+    if make in (_distant, _dome) and not shaping(prim, values, note).even:
+        note(prim, "only lights that have a shape can be shaped; its shaping was ignored")
     if max(_color(prim, values)) > 0:
         yield make(prim, values, note)
 
 
-def _used(prim: Any, values: Values, name: str) -> bool:
-    value = values.get(prim, f"inputs:{name}")
-    if name == "colorTemperature":
-        return bool(values.get(prim, "inputs:enableColorTemperature", False))
-    return value is not None and not (name.endswith("angle") and float(value) >= 90)
-
-
 def _color(prim: Any, values: Values) -> list[float]:
-    """Radiance before normalisation: intensity * 2^exposure * color."""
+    """Radiance before normalisation: intensity * 2^exposure * color, and that of its warmth."""
+    from pxr import UsdLux
+
     color = np.asarray(values.get(prim, "inputs:color", (1, 1, 1)), np.float64)
+    if values.get(prim, "inputs:enableColorTemperature", False):
+        kelvin = values.number(prim, "inputs:colorTemperature", 6500.0)
+        color = color * np.array(UsdLux.BlackbodyTemperatureAsRgb(kelvin))
     default = 50_000.0 if str(prim.GetTypeName()) == "DistantLight" else 1.0
     level = values.number(prim, "inputs:intensity", default)
     level *= 2 ** values.number(prim, "inputs:exposure", 0.0)
@@ -51,18 +51,22 @@ def _color(prim: Any, values: Values) -> list[float]:
 
 
 def _area_light(
-    prim: Any, values: Values, shape: str, at: np.ndarray, area: float
+    prim: Any, values: Values, note: Note, shape: str, at: np.ndarray, area: float
 ) -> dict[str, Any]:
     """A shape of Mitsuba's that emits; `normalize` divides by its area."""
     radiance = np.asarray(_color(prim, values))
     if values.get(prim, "inputs:normalize", False):
         radiance = radiance / max(area, 1e-30)
-    return {
-        "type": shape,
-        "to_world": mi.ScalarTransform4f(np.ascontiguousarray(at)),
-        "emitter": {"type": "area", "radiance": _rgb(radiance)},
-        "bsdf": {"type": "diffuse", "reflectance": 0.0},
-    }
+    shaped = shaping(prim, values, note)
+    if shape in FLAT and shaped.cone >= 90:
+        shaped = replace(shaped, cone=180.0)
+    place = {"type": shape, "to_world": mi.ScalarTransform4f(np.ascontiguousarray(at))}
+    emitter: Any = {"type": "area", "radiance": _rgb(radiance)}
+    if not shaped.even:
+        from purelight_mitsuba.usd_scene.shaped_area import ShapedArea  # Needs a variant
+
+        emitter = ShapedArea(radiance, shaped, mi.load_dict(place))
+    return place | {"emitter": emitter, "bsdf": {"type": "diffuse", "reflectance": 0.0}}
 
 
 def _sphere(prim: Any, values: Values, note: Note) -> dict[str, Any]:
@@ -75,15 +79,15 @@ def _sphere(prim: Any, values: Values, note: Note) -> dict[str, Any]:
         note(prim, "a light of no size was rendered as a small sphere of 1 mm")
         radius = 1e-3
     place = rigid(at) @ np.diag([radius, radius, radius, 1])
-    return _area_light(prim, values, "sphere", place, 4 * math.pi * radius**2)
+    return _area_light(prim, values, note, "sphere", place, 4 * math.pi * radius**2)
 
 
-def _disk(prim: Any, values: Values, _: Note) -> dict[str, Any]:
+def _disk(prim: Any, values: Values, note: Note) -> dict[str, Any]:
     """A disk emits along -Z; Mitsuba's along +Z."""
     radius = values.number(prim, "inputs:radius", 0.5)
     at = values.to_world(prim) @ np.diag([radius, -radius, -1, 1])
     area = math.pi * float(np.linalg.norm(np.cross(at[:3, 0], at[:3, 1])))
-    return _area_light(prim, values, "disk", at, area)
+    return _area_light(prim, values, note, "disk", at, area)
 
 
 def _rectangle(prim: Any, values: Values, note: Note) -> dict[str, Any]:
@@ -93,7 +97,7 @@ def _rectangle(prim: Any, values: Values, note: Note) -> dict[str, Any]:
     width, height = (values.number(prim, f"inputs:{side}", 1.0) for side in ("width", "height"))
     at = values.to_world(prim) @ np.diag([width / 2, -height / 2, -1, 1])
     area = 4 * float(np.linalg.norm(np.cross(at[:3, 0], at[:3, 1])))
-    return _area_light(prim, values, "rectangle", at, area)
+    return _area_light(prim, values, note, "rectangle", at, area)
 
 
 def _cylinder(prim: Any, values: Values, note: Note) -> dict[str, Any]:
@@ -108,7 +112,7 @@ def _cylinder(prim: Any, values: Values, note: Note) -> dict[str, Any]:
     local = np.array([[0, 0, length, -length / 2], [radius, 0, 0, 0], [0, radius, 0, 0],
                       [0, 0, 0, 1.0]])  # fmt: skip
     area = 2 * math.pi * radius * length
-    return _area_light(prim, values, "cylinder", rigid(at) @ local, area)
+    return _area_light(prim, values, note, "cylinder", rigid(at) @ local, area)
 
 
 def _distant(prim: Any, values: Values, note: Note) -> dict[str, Any]:

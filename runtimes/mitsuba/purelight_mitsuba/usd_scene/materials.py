@@ -9,11 +9,36 @@ from typing import Any
 import mitsuba as mi
 import numpy as np
 
+from purelight_format.usd.context import PURPOSES
+from purelight_mitsuba.usd_scene.shader_inputs import connected, upstream, value
+from purelight_mitsuba.usd_scene.textures import Textures
 from purelight_mitsuba.usd_scene.values import Values
 
-CHANNELS = {"r": 0, "g": 1, "b": 2, "a": 3}
 PLAIN = 0.18  # Diffuse grey of a UsdPreviewSurface, and of prims without a material.
-IGNORED = ("displacement", "normal", "occlusion")
+IGNORED = ("displacement", "occlusion")
+DARK = [0.0] * 3
+
+
+@dataclass(frozen=True)
+class Look:
+    """How a surface looks.
+
+    Arguments:
+        bsdf: Its material.
+        mirrored: The same for triangles on which the picture is a mirror image; None if it does
+            not matter.
+        radiance: That it emits, as Mitsuba's dictionary, or None.
+    """
+
+    bsdf: mi.BSDF
+    mirrored: mi.BSDF | None = None
+    radiance: dict[str, Any] | None = None
+
+    def emitter(self) -> mi.Emitter | None:
+        """A light for one shape more."""
+        if self.radiance is None:
+            return None
+        return mi.load_dict({"type": "area", "radiance": self.radiance})
 
 
 @dataclass
@@ -27,7 +52,10 @@ class Materials:
 
     values: Values
     note: Callable[[Any, str], None]
-    _made: dict[str, tuple[mi.BSDF, mi.Emitter | None]] = field(default_factory=dict)
+    _made: dict[str, Look] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self._textures = Textures(self.values, self.note)
 
     def subsets(self, prim: Any) -> Iterator[tuple[Any, np.ndarray]]:
         """The parts of a mesh that are bound to materials of their own: prim, and its faces."""
@@ -37,51 +65,84 @@ class Materials:
             faces = subset.GetIndicesAttr().Get(self.values.time)
             yield subset.GetPrim(), np.asarray(faces if faces is not None else [], np.int64)
 
-    def bsdf(self, bound: Any, shape: Any) -> tuple[mi.BSDF, mi.Emitter | None]:
-        """The BSDF of the material that is bound to a prim, and its emission if it has one.
+    def uv_name(self, prim: Any) -> str:
+        """The primvar that holds the texture coordinates of a prim's material, `st` by default."""
+        for bound in (prim, *(subset for subset, _ in self.subsets(prim))):
+            surface = self._surface(bound)[1]
+            reader = upstream(surface, "UsdPrimvarReader_float2") if surface else None
+            name = value(reader, "varname", "", self.values) if reader else ""
+            if name:
+                return str(name)
+        return "st"
+
+    def look(self, bound: Any, shape: Any) -> Look:
+        """How the material that is bound to a prim looks.
 
         Arguments:
             bound: The prim or subset with the binding.
             shape: The shape itself, whose display colour counts where nothing is bound.
         """
-        from pxr import UsdShade
-
-        material, _ = UsdShade.MaterialBindingAPI(bound).ComputeBoundMaterial()
-        surface = material.ComputeSurfaceSource()[0] if material else None
+        material, surface = self._surface(bound)
         volume = material.ComputeVolumeSource()[0] if material else None
         if volume:
             self.note(volume.GetPrim(), "a participating medium; rendered without it")
         if not surface:
             if material:
                 self.note(material.GetPrim(), "no UsdPreviewSurface; rendered in display colour")
-            return self._plain(shape), None
+            return self._plain(shape)
         if surface.GetIdAttr().Get() != "UsdPreviewSurface":
             kind = surface.GetIdAttr().Get() or "a shader without an id"
             self.note(surface.GetPrim(), f"{kind} is not supported; rendered in display colour")
-            return self._plain(shape), None
+            return self._plain(shape)
         key = str(surface.GetPath())
         if key not in self._made:
             self._made[key] = self._preview_surface(surface)
         return self._made[key]
 
-    def _plain(self, prim: Any) -> mi.BSDF:
+    def _surface(self, bound: Any) -> tuple[Any, Any]:
+        """The material that is bound, and its surface shader; a UsdPreviewSurface if there is one.
+
+        Materials may be bound apart for final and for preview renderings.
+        """
+        from pxr import UsdShade
+
+        binding = UsdShade.MaterialBindingAPI(bound)
+        found = []
+        for purpose in PURPOSES:
+            material = binding.ComputeBoundMaterial(purpose)[0]
+            surface = material.ComputeSurfaceSource()[0] if material else None
+            found.append((material, surface))
+            if surface and surface.GetIdAttr().Get() == "UsdPreviewSurface":
+                return material, surface
+        return next((pair for pair in found if pair[0]), (None, None))
+
+    def _plain(self, prim: Any) -> Look:
         """A diffuse surface in the prim's display colour."""
         found = self.values.primvar(prim, "displayColor")
         color = [PLAIN] * 3 if found is None or not len(found[0]) else found[0].mean(0).tolist()
         if found is not None and len(found[0]) > 1:
             self.note(prim, "display colour varies over the prim; rendered in its mean")
         diffuse = {"type": "diffuse", "reflectance": _rgb(color)}
-        return mi.load_dict({"type": "twosided", "inner": diffuse})
+        return Look(mi.load_dict({"type": "twosided", "inner": diffuse}))
 
-    def _preview_surface(self, shader: Any) -> tuple[mi.BSDF, mi.Emitter | None]:
+    def _preview_surface(self, shader: Any) -> Look:
         for name in IGNORED:
             if shader.GetInput(name) and shader.GetInput(name).HasConnectedSource():
                 self.note(shader.GetPrim(), f"{name} map is not supported and was ignored")
+        inner, opacity = self._principled(shader), self._input(shader, "opacity", 1.0)
+        emissive = self._input(shader, "emissiveColor", DARK)
+        radiance = None if emissive == _rgb(DARK) else emissive
+        plain, mirrored = (self._normal_map(shader, inner, mirrored=m) for m in (False, True))
+        if plain is None:
+            return Look(_covered(inner, opacity), None, radiance)
+        return Look(_covered(plain, opacity), _covered(mirrored, opacity), radiance)
+
+    def _principled(self, shader: Any) -> dict[str, Any]:
         specular = bool(self._value(shader, "useSpecularWorkflow", 0))
         if specular:
             self.note(shader.GetPrim(), "specular workflow rendered by its diffuse colour")
         roughness = self._input(shader, "roughness", 0.5)
-        inner = {
+        return {
             "type": "principled",
             "base_color": self._input(shader, "diffuseColor", [PLAIN] * 3),
             "metallic": 0.0 if specular else self._input(shader, "metallic", 0.0),
@@ -90,75 +151,35 @@ class Materials:
             "clearcoat": self._input(shader, "clearcoat", 0.0),
             "clearcoat_gloss": 1 - float(self._value(shader, "clearcoatRoughness", 0.01)),
         }
-        opacity = self._input(shader, "opacity", 1.0)
-        bsdf: dict[str, Any] = {"type": "twosided", "inner": inner}
-        if opacity != 1.0:
-            bsdf = {"type": "mask", "opacity": opacity, "inner": bsdf}
-        emissive = self._input(shader, "emissiveColor", [0.0] * 3)
-        dark = emissive == _rgb([0.0] * 3)
-        emission = None if dark else mi.load_dict({"type": "area", "radiance": emissive})
-        return mi.load_dict(bsdf), emission
+
+    def _normal_map(
+        self, shader: Any, inner: dict[str, Any], *, mirrored: bool
+    ) -> dict[str, Any] | None:
+        """The surface under its normal map; None where it has none."""
+        source = connected(shader, "normal")
+        texture = self._textures.normal(source[0], mirrored=mirrored) if source else None
+        return texture and {"type": "normalmap", "normalmap": texture, "bsdf": inner}
 
     def _value(self, shader: Any, name: str, default: Any) -> Any:
-        """An input's value, followed through the material's interface but not through textures."""
-        source = shader.GetInput(name)
-        if not source:
-            return default
-        attributes = source.GetValueProducingAttributes()
-        value = attributes[0].Get(self.values.time) if attributes else None
-        return default if value is None else value
+        return value(shader, name, default, self.values)
 
     def _input(self, shader: Any, name: str, default: Any) -> Any:
         """An input as a number, a colour, or the texture that is connected to it."""
-        from pxr import UsdShade
+        source, number = connected(shader, name), isinstance(default, float)
+        if source is not None:
+            read = self._textures
+            texture = read.number(*source) if number else read.color(source[0])
+            return texture or (default if number else _rgb(default))
+        found = self._value(shader, name, default)
+        return float(found) if number else _rgb(list(map(float, found)))
 
-        source = shader.GetInput(name)
-        attributes = source.GetValueProducingAttributes() if source else []
-        producer = UsdShade.Shader(attributes[0].GetPrim()) if attributes else None
-        if producer and producer.GetPath() != shader.GetPath() and producer.GetIdAttr().Get():
-            return self._texture(producer, attributes[0].GetBaseName(), default)
-        value = self._value(shader, name, default)
-        return float(value) if isinstance(default, float) else _rgb(list(map(float, value)))
 
-    def _texture(self, reader: Any, output: str, default: Any) -> Any:
-        """A `UsdUVTexture` as a bitmap; one channel of it for a number."""
-        fallback = default if isinstance(default, float) else _rgb(default)
-        if reader.GetIdAttr().Get() != "UsdUVTexture":
-            self.note(reader.GetPrim(), f"{reader.GetIdAttr().Get()} is not supported; ignored")
-            return fallback
-        asset = self._value(reader, "file", None)
-        path = "" if asset is None else asset.resolvedPath
-        try:
-            bitmap = mi.Bitmap(path)
-        except RuntimeError:
-            self.note(reader.GetPrim(), f"texture {asset} cannot be read; ignored")
-            return fallback
-        space = str(self._value(reader, "sourceColorSpace", "auto"))
-        linear = space == "raw" or (space == "auto" and not bitmap.srgb_gamma())
-        bitmap.set_srgb_gamma(not linear)
-        flat = bitmap.convert(component_format=mi.Struct.Type.Float32, srgb_gamma=False)
-        pixels = np.atleast_3d(np.array(flat))
-        pixels = self._scaled(reader, pixels)
-        if isinstance(default, float):
-            pixels = pixels[..., [min(CHANNELS.get(output, 0), pixels.shape[-1] - 1)]]
-        elif pixels.shape[-1] < 3:
-            pixels = np.repeat(pixels[..., :1], 3, -1)
-        else:
-            pixels = pixels[..., :3]
-        data = np.ascontiguousarray(pixels, np.float32)
-        return {"type": "bitmap", "bitmap": mi.Bitmap(data), "raw": True,
-                "wrap_mode": self._wrap(reader)}  # fmt: skip
-
-    def _scaled(self, reader: Any, pixels: np.ndarray) -> np.ndarray:
-        """Texture values after the reader's scale and bias."""
-        count = pixels.shape[-1]
-        scale = np.asarray(self._value(reader, "scale", [1.0] * 4), np.float32)[:count]
-        bias = np.asarray(self._value(reader, "bias", [0.0] * 4), np.float32)[:count]
-        return np.clip(pixels * scale + bias, 0, None)
-
-    def _wrap(self, reader: Any) -> str:
-        wrap = str(self._value(reader, "wrapS", "useMetadata"))
-        return {"clamp": "clamp", "mirror": "mirror"}.get(wrap, "repeat")
+def _covered(inner: dict[str, Any] | None, opacity: Any) -> mi.BSDF:
+    """Both sides of a surface, as far as it is opaque."""
+    bsdf: dict[str, Any] = {"type": "twosided", "inner": inner}
+    if opacity != 1.0:
+        bsdf = {"type": "mask", "opacity": opacity, "inner": bsdf}
+    return mi.load_dict(bsdf)
 
 
 def _rgb(value: list[float]) -> dict[str, Any]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -11,18 +11,19 @@ import mitsuba as mi
 import numpy as np
 
 from purelight_format.errors import PureLightError
-from purelight_format.usd import asset_layer
+from purelight_format.usd.luminaires import LuminairePrim, luminaires_of
+from purelight_format.usd.walk import Shown, Walk
 from purelight_mitsuba.lamps.luminaire import load
 from purelight_mitsuba.usd_scene import camera, lights, shapes
 from purelight_mitsuba.usd_scene.materials import Materials
+from purelight_mitsuba.usd_scene.meshes import Meshes
 from purelight_mitsuba.usd_scene.values import Values
 
 INSTALL = 'pip install "purelight[usd]"'
 NOT_RENDERED = {
     "BasisCurves", "NurbsCurves", "NurbsPatch", "HermiteCurves", "TetMesh", "Points", "Volume",
-    "PointInstancer", "PortalLight", "GeometryLight", "PluginLight",
+    "PortalLight", "GeometryLight", "PluginLight", "Capsule_1", "Cylinder_1",
 }  # fmt: skip
-INVISIBLE = ("guide", "proxy")
 
 
 @dataclass
@@ -43,16 +44,46 @@ class _Reader:
     """Gathers the parts of a scene while the stage is walked."""
 
     values: Values
+    path: Path
     parts: dict[str, Any] = field(default_factory=lambda: {"type": "scene"})
-    notes: list[str] = field(default_factory=list)
+    notes: dict[str, None] = field(default_factory=dict)
 
-    def add(self, kind: str, part: Any) -> None:
-        self.parts[f"{kind}_{len(self.parts)}"] = part
+    def __post_init__(self) -> None:
+        self._materials = Materials(self.values, self.note)
+        self._meshes = Meshes(self._materials)
 
     def note(self, prim: Any, text: str) -> None:
-        line = f"{prim.GetPath()}: {text}"
-        if line not in self.notes:
-            self.notes.append(line)
+        self.notes[f"{prim.GetPath()}: {text}"] = None
+
+    def add(self, shown: Shown) -> None:
+        """Adds what a prim shows, by its type."""
+        kind = str(shown.prim.GetTypeName())
+        for lamp in luminaires_of(shown, self.values.time):
+            self._put("lamp", _luminaire(lamp, self.path))
+        if kind in shapes.KINDS:
+            parts: Iterator[Any] = self._shapes(shown)
+        elif kind in lights.KINDS:
+            parts = self._lights(shown)
+        else:
+            parts = iter(())
+            if kind in NOT_RENDERED:
+                self.note(shown.prim, f"{kind} is not supported and was left out")
+        for part in parts:
+            self._put(kind, part)
+
+    def _put(self, kind: str, part: Any) -> None:
+        self.parts[f"{kind}_{len(self.parts)}"] = part
+
+    def _shapes(self, shown: Shown) -> Iterator[mi.Mesh]:
+        values, copies = self.values.within(shown.space), len(shown.places)
+        found = shapes.shapes(shown.prim, values, self._materials, self.note, copies)
+        for bound, corners in found:
+            yield from self._meshes.of(shown.prim, bound, corners, shown.places)
+
+    def _lights(self, shown: Shown) -> Iterator[Any]:
+        for place in shown.places:
+            values = self.values.within(shown.space, place)
+            yield from lights.light(shown.prim, values, self.note)
 
 
 def load_usd(path: Path, *, view: str | None = None, frame: float | None = None) -> UsdScene:
@@ -69,23 +100,23 @@ def load_usd(path: Path, *, view: str | None = None, frame: float | None = None)
     Raises:
         PureLightError: If the stage cannot be opened or has no such camera, or a lamp is faulty.
     """
-    stage = _open(path)
+    stage = open_stage(path)
     from pxr import Usd
 
     time = Usd.TimeCode.EarliestTime() if frame is None else Usd.TimeCode(frame)
-    reader = _Reader(Values(time))
-    lamps = asset_layer.luminaires(stage)
-    for lamp in lamps:
-        reader.add("lamp", _luminaire(lamp, path))
-    hidden = {name for lamp in lamps for name in (*lamp.fallback, *lamp.exit_surface)}
-    materials = Materials(reader.values, reader.note)
-    for prim in _shown(stage, reader.values, hidden):
-        _add(prim, reader, materials)
+    reader = _Reader(Values(time), path)
+    for shown in Walk(stage, time, reader.note):
+        reader.add(shown)
     reader.parts["sensor"] = camera.sensor(stage, reader.values, view, path, reader.note)
-    return UsdScene(_load(reader.parts, path), reader.notes)
+    return UsdScene(_load(reader.parts, path), list(reader.notes))
 
 
-def _open(path: Path) -> Any:
+def open_stage(path: Path) -> Any:
+    """Opens a stage.
+
+    Raises:
+        PureLightError: If OpenUSD is missing or cannot read it.
+    """
     try:
         from pxr import Tf, Usd
     except ImportError as error:
@@ -97,41 +128,7 @@ def _open(path: Path) -> Any:
         raise PureLightError(f"{path}: OpenUSD cannot read it: {reason[:200]}") from error
 
 
-def _shown(stage: Any, values: Values, hidden: set[str]) -> Iterator[Any]:
-    """The prims that are seen, inside instances as well."""
-    from pxr import Usd, UsdGeom
-
-    walk = iter(Usd.PrimRange.Stage(stage, Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)))
-    for prim in walk:
-        imageable = UsdGeom.Imageable(prim)
-        if str(prim.GetPath()) in hidden or prim.IsA("PointInstancer"):
-            walk.PruneChildren()
-        if str(prim.GetPath()) in hidden or not imageable:
-            continue
-        if imageable.ComputeVisibility(values.time) == UsdGeom.Tokens.invisible:
-            walk.PruneChildren()
-        elif imageable.ComputePurpose() not in INVISIBLE:
-            yield prim
-
-
-def _add(prim: Any, reader: _Reader, materials: Materials) -> None:
-    """Adds what a prim shows, by its type."""
-    kind = str(prim.GetTypeName())
-    read: dict[str, Callable[[], Iterator[Any]]] = {
-        "Mesh": lambda: shapes.mesh(prim, reader.values, materials, reader.note),
-        **dict.fromkeys(
-            shapes.SOLIDS, lambda: shapes.solid(prim, reader.values, materials, reader.note)
-        ),
-        **dict.fromkeys(lights.KINDS, lambda: lights.light(prim, reader.values, reader.note)),
-    }
-    if kind in read:
-        for part in read[kind]():
-            reader.add(kind, part)
-    elif kind in NOT_RENDERED:
-        reader.note(prim, f"{kind} is not supported and was left out")
-
-
-def _luminaire(lamp: asset_layer.LuminairePrim, path: Path) -> dict[str, Any]:
+def _luminaire(lamp: LuminairePrim, path: Path) -> dict[str, Any]:
     """The emitter `purelight` for a luminaire's prim.
 
     Raises:

@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from purelight_format.usd.context import Space
+
 
 @dataclass(frozen=True)
 class Values:
@@ -14,9 +16,17 @@ class Values:
 
     Arguments:
         time: A `Usd.TimeCode`.
+        space: In which transforms are read; the world if None.
+        place: [4, 4] what comes after that, for column vectors; nothing if None.
     """
 
     time: Any
+    space: Space | None = None
+    place: np.ndarray | None = None
+
+    def within(self, space: Space, place: np.ndarray | None = None) -> Values:
+        """The values of prims that are read in another space."""
+        return Values(self.time, space, place)
 
     def get(self, prim: Any, name: str, default: Any = None) -> Any:
         """An attribute's value, or the default where it has none."""
@@ -29,9 +39,8 @@ class Values:
 
     def to_world(self, prim: Any) -> np.ndarray:
         """The prim's transform as a [4, 4] float64 matrix for column vectors."""
-        from pxr import UsdGeom
-
-        return np.array(UsdGeom.Xformable(prim).ComputeLocalToWorldTransform(self.time)).T
+        matrix = (self.space or Space(self.time)).matrix(prim)
+        return matrix if self.place is None else self.place @ matrix
 
     def primvar(self, prim: Any, name: str) -> tuple[np.ndarray, str] | None:
         """A primvar's values without its index, and its interpolation; None where there is none."""

@@ -1,0 +1,121 @@
+"""`UsdUVTexture` as Mitsuba's `bitmap`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import mitsuba as mi
+import numpy as np
+
+from purelight_mitsuba.usd_scene.shader_inputs import connected, value
+from purelight_mitsuba.usd_scene.values import Values
+
+CHANNELS = {"r": 0, "g": 1, "b": 2, "a": 3}
+DECODED = (2.0, 2.0, 2.0, 1.0), (-1.0, -1.0, -1.0, 0.0)  # Scale and bias of normal maps.
+
+
+@dataclass(frozen=True)
+class Textures:
+    """Reads textures.
+
+    Arguments:
+        values: How attributes are read.
+        note: Is told of what is rendered otherwise.
+    """
+
+    values: Values
+    note: Callable[[Any, str], None]
+
+    def number(self, reader: Any, output: str) -> dict[str, Any] | None:
+        """The channel of an output, [0, 1]; None where the texture cannot be read."""
+        pixels = self._pixels(reader)
+        if pixels is None:
+            return None
+        channel = min(CHANNELS.get(output, 0), pixels.shape[-1] - 1)
+        return self._bitmap(reader, np.clip(pixels[..., [channel]], 0, None))
+
+    def color(self, reader: Any) -> dict[str, Any] | None:
+        """A colour, linear; None where the texture cannot be read."""
+        pixels = self._pixels(reader)
+        return None if pixels is None else self._bitmap(reader, np.clip(_three(pixels), 0, None))
+
+    def normal(self, reader: Any, *, mirrored: bool = False) -> dict[str, Any] | None:
+        """Normals in tangent space as Mitsuba codes them, 0.5 + 0.5 n; None if not to be read.
+
+        Arguments:
+            mirrored: For triangles on which the picture is a mirror image.
+        """
+        pixels = self._pixels(reader, raw=True, scale_bias=self._decoding(reader))
+        if pixels is None:
+            return None
+        normal = _three(pixels)
+        if mirrored:
+            normal = normal * np.array([1, -1, 1], np.float32)
+        return self._bitmap(reader, 0.5 + 0.5 * normal)
+
+    def _decoding(self, reader: Any) -> tuple[Any, Any]:
+        """Scale and bias of a normal map."""
+        found = [value(reader, name, None, self.values) for name in ("scale", "bias")]
+        if found == [None, None]:
+            self.note(reader.GetPrim(), "a normal map without scale and bias, read as 2 x - 1")
+            return DECODED
+        defaults = ((1.0,) * 4, (0.0,) * 4)
+        scale, bias = (d if f is None else f for f, d in zip(found, defaults, strict=True))
+        return scale, bias
+
+    def _pixels(
+        self, reader: Any, *, raw: bool = False, scale_bias: tuple[Any, Any] | None = None
+    ) -> np.ndarray | None:
+        """[H, W, channels] float32 after scale and bias, upper row first."""
+        if reader.GetIdAttr().Get() != "UsdUVTexture":
+            self.note(reader.GetPrim(), f"{reader.GetIdAttr().Get()} is not supported; ignored")
+            return None
+        asset = value(reader, "file", None, self.values)
+        try:
+            bitmap = mi.Bitmap("" if asset is None else asset.resolvedPath)
+        except RuntimeError:
+            self.note(reader.GetPrim(), f"texture {asset} cannot be read; ignored")
+            return None
+        space = str(value(reader, "sourceColorSpace", "auto", self.values))
+        linear = raw or space == "raw" or (space == "auto" and not bitmap.srgb_gamma())
+        bitmap.set_srgb_gamma(not linear)
+        flat = bitmap.convert(component_format=mi.Struct.Type.Float32, srgb_gamma=False)
+        pixels = np.atleast_3d(np.array(flat))
+        if scale_bias is None:
+            defaults = (("scale", (1.0,) * 4), ("bias", (0.0,) * 4))
+            scale, bias = (value(reader, n, d, self.values) for n, d in defaults)
+        else:
+            scale, bias = scale_bias
+        scale, bias = (np.asarray(a, np.float32)[: pixels.shape[-1]] for a in (scale, bias))
+        return pixels * scale + bias
+
+    def _bitmap(self, reader: Any, pixels: np.ndarray) -> dict[str, Any]:
+        """(0, 0) is the lower left corner of a picture in USD, the upper left one in Mitsuba."""
+        data = np.ascontiguousarray(pixels[::-1], np.float32)
+        return {"type": "bitmap", "bitmap": mi.Bitmap(data), "raw": True,
+                "wrap_mode": self._wrap(reader), "to_uv": self._to_uv(reader)}  # fmt: skip
+
+    def _to_uv(self, reader: Any) -> Any:
+        """The `UsdTransform2d` before the texture: scale, then rotation, then translation."""
+        source = connected(reader, "st")
+        if source is None or source[0].GetIdAttr().Get() != "UsdTransform2d":
+            return mi.ScalarTransform4f()
+        defaults = (("scale", (1, 1)), ("rotation", 0.0), ("translation", (0, 0)))
+        scale, turn, shift = (value(source[0], n, d, self.values) for n, d in defaults)
+        sine, cosine = math.sin(math.radians(turn)), math.cos(math.radians(turn))
+        matrix = np.eye(4)
+        matrix[:2, :2] = np.array([[cosine, -sine], [sine, cosine]]) * np.array(scale)
+        matrix[:2, 3] = shift
+        return mi.ScalarTransform4f(matrix)
+
+    def _wrap(self, reader: Any) -> str:
+        wrap = str(value(reader, "wrapS", "useMetadata", self.values))
+        return {"clamp": "clamp", "mirror": "mirror"}.get(wrap, "repeat")
+
+
+def _three(pixels: np.ndarray) -> np.ndarray:
+    """Three channels of a picture of any number."""
+    return pixels[..., :3] if pixels.shape[-1] > 2 else np.repeat(pixels[..., :1], 3, -1)
