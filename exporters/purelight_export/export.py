@@ -36,8 +36,8 @@ from purelight_format.usd import asset_layer
 from purelight_format.verdict import caption, figures, words
 from purelight_onnx.luminaire import Luminaire
 from purelight_onnx.viewer import render
+from purelight_train.fragment import KEPT
 from purelight_train.runs.run_directory import RunDirectory
-from purelight_train.split import KEPT
 
 IES, EULUMDAT = PHOTOMETRIC = ("ies", "ldt")
 PREVIEW_SIZE = 256
@@ -274,6 +274,9 @@ def _kept_scene(run: RunDirectory, bundle_path: Path) -> list[Path]:
     if not source.is_dir():
         return []
     folder.mkdir(exist_ok=True)
-    for file in sorted(source.iterdir()):
-        atomic.write_bytes(folder / file.name, file.read_bytes())
+    for file in sorted(source.rglob("*")):
+        target = folder / file.relative_to(source)
+        target.parent.mkdir(exist_ok=True)
+        if file.is_file():
+            atomic.write_bytes(target, file.read_bytes())
     return [folder / KEPT]

@@ -12,7 +12,7 @@ from purelight_format import atomic, command
 from purelight_format.verdict.figures import read
 from purelight_format.verdict.words import judge
 from purelight_import import options
-from purelight_train import keeping, threads
+from purelight_train import threads
 from purelight_train.presets import ANCHORS, PRESETS
 
 COMMAND = "purelight-train"
@@ -43,9 +43,6 @@ def _parser() -> command.Parser:
                         help="measure with fresh light what was learned")  # fmt: skip
     parser.add_argument("--report", action=argparse.BooleanOptionalAction, default=True,
                         help="write report.html into the run directory")  # fmt: skip
-    parser.add_argument("--keep", action="append", default=[], metavar="PART",
-                        help="leave a dark part out of the networks, as geometry of the asset; "
-                        "auto: all opaque ones away from the light; may be repeated")  # fmt: skip
     parser.add_argument("--resume", action="store_true", help="continue an interrupted run")
     parser.add_argument("--device", choices=("auto", "cpu", "cuda"), default="auto")
     parser.add_argument("--threads", type=int, default=os.cpu_count(), help="CPU threads")
@@ -82,14 +79,11 @@ def _run(arguments: argparse.Namespace, device: str) -> int:
 
     preset = replace(PRESETS[arguments.preset], mixed_precision=arguments.mixed_precision)
     anchor = arguments.anchor or ("auto" if arguments.route == "photons" else "none")
-    with (
-        scene_of(arguments.luminaire, arguments.output, options.Options.of(arguments)) as lamp,
-        keeping.apart(lamp, arguments.keep, arguments.output) as learned,
-    ):
+    with scene_of(arguments.luminaire, arguments.output, options.Options.of(arguments)) as lamp:
         training = start(
-            learned.scene, arguments.output, preset, arguments.seed, device,
+            lamp.scene, arguments.output, preset, arguments.seed, device,
             resume=arguments.resume, route=arguments.route, anchor=anchor,
-            early_stop=arguments.early_stop, exit_surface=arguments.exit_surface, look=learned.look,
+            early_stop=arguments.early_stop, exit_surface=arguments.exit_surface, look=lamp.look,
         )  # fmt: skip
     metrics = training(judged=arguments.verdict)
     if arguments.report:

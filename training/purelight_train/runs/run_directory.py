@@ -5,8 +5,8 @@ config.json                 luminaire path and digest, preset (all sizes), seed,
 description.json            sphere, flux, radiance scale, channels (`description.Description`)
 surface.npz                 positions [V,3], triangles [T,3], triangle_flux [T,3] in W, finish [T,2]
 finishes.json               what the indices of `finish` stand for, as in a manifest
-kept/, kept.npz, kept.json  parts that are ordinary geometry (`split`), if there are any: a scene
-                            of Mitsuba's, their meshes, their finishes
+kept/, kept.npz, kept.json  parts that are ordinary geometry (`fragment`), if there are any: a
+                            scene of Mitsuba's, their meshes, their finishes
 escaped.npz                 direction [M,3], weight [M,3]: a random part of the exit records,
                             scaled so that the weights sum to the flux
 networks/NAME.safetensors   of each finished network (`trained`), and how its training went

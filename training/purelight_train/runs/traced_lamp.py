@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from purelight_format.errors import PureLightError
 from purelight_format.members.finishes import to_json
 from purelight_format.ray_file.files import is_ray_file
+from purelight_train.fragment import kept_beside, write_fragment
 from purelight_train.learning.photon_batches import PhotonBatches
 from purelight_train.learning.reference_rays import ReferenceRays
 from purelight_train.light.description import Description
@@ -27,7 +28,6 @@ from purelight_train.light.measured_luminaire import MeasuredLuminaire, load_mea
 from purelight_train.light.virtual_surface import AUTO
 from purelight_train.presets import Preset
 from purelight_train.runs.stages import Stages
-from purelight_train.split import KEPT, copied
 
 HELD_OUT = 1 << 17
 ESCAPED = 1 << 19
@@ -139,11 +139,11 @@ class TracedLamp:
 
     def _store_kept(self) -> None:
         """Store the parts that are kept out of the networks, if there are any."""
-        run, scene = self.stages.run, self.scene.parent / KEPT
-        if not scene.is_file():
+        run, scene = self.stages.run, kept_beside(self.scene)
+        if scene is None:
             return
         parts = kept_parts(scene)
-        copied(scene, run.path / "kept")
+        write_fragment(scene, run.path / "kept", self.scene.stem)
         run.write_json("kept.json", to_json([part.finish for part in parts]))
         arrays = {
             f"{field}_{k}": value
