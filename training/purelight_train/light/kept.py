@@ -15,21 +15,19 @@ from purelight_format.limits import LIMITS
 from purelight_format.measures import BoundingSphere
 from purelight_format.members.finishes import Finish
 from purelight_format.usd.appearance_text import KeptPart
-from purelight_train.light.exit_surface import ExitSurface, bounding_sphere, visible_part
+from purelight_train.light.exit_surface import ExitSurface, bounding_sphere
 from purelight_train.light.finish_fit import finish_of
 from purelight_train.light.interfaces import relative_index
 from purelight_train.light.light_tracing import Lamp, trace_paths
-from purelight_train.light.luminaire import scene_triangles, shape_mesh, triangle_counts
+from purelight_train.light.luminaire import shape_mesh
 from purelight_train.light.material_probe import PASSED, Material
 from purelight_train.light.scattering import Scattered
 
-PATHS = 1 << 18
-MOST_LIGHT = 0.1  # of the lamp's: a part that gets more is not away from the light
+PATHS = 1 << 15
+MOST_LIGHT = 0.04  # of the lamp's: a part that gets more is not away from the light
 BEYOND = 1.1  # radii of the sphere around the rest
 PLACES = 1 << 12
-LEAST_SEEN = 0.5  # of a part's area, from outside
 LEAST_PASSED = 2e-3
-SIGHTS = 1 << 18
 Array = NDArray[np.float64]
 
 
@@ -105,8 +103,8 @@ class _Arrivals:
 def parts_away(scene: mi.Scene) -> list[str]:
     """Names of the dark, opaque parts that are away from the light, and so from the rest.
 
-    They get next to none of it, are seen from outside, and lie for the greater part outside of the
-    sphere around all that shines, lets light pass, or gets more of it.
+    They get next to none of it, and lie for the greater part outside of the sphere around all that
+    shines, lets light pass, or gets more of it.
     """
     shapes = scene.shapes()
     dark = np.array([not shape.is_emitter() and _opaque(shape.bsdf()) for shape in shapes])
@@ -115,9 +113,6 @@ def parts_away(scene: mi.Scene) -> list[str]:
         return []
     dark &= _arriving(scene) <= MOST_LIGHT
     away = _beyond(places, dark)
-    if not away.any():
-        return []
-    away &= _seen(scene) > LEAST_SEEN
     return [shape.id() for k, shape in enumerate(shapes) if away[k] and shape.id()]
 
 
@@ -155,20 +150,6 @@ def _places(scene: mi.Scene) -> list[NDArray[np.float32]]:
 def _outside(places: NDArray[np.float32], sphere: BoundingSphere) -> bool:
     distance = np.linalg.norm(places - np.array(sphere.center), axis=1) / sphere.radius
     return bool((distance > BEYOND).mean() > 0.5)
-
-
-def _seen(scene: mi.Scene) -> Array:
-    """The part of each shape's area that is seen from outside: [S]."""
-    positions, triangles, normals = scene_triangles(scene)
-    surface = visible_part(positions, triangles, normals, SIGHTS, np.random.default_rng(0))
-    a, b, c = positions.astype(np.float64)[triangles.T]
-    area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
-    visible = np.isin(np.arange(len(triangles)), np.array(surface.source))
-    counts = triangle_counts(scene)
-    shape = np.repeat(np.arange(len(counts)), counts)
-    whole = np.bincount(shape, area, len(counts))
-    result: Array = np.bincount(shape, area * visible, len(counts)) / np.maximum(whole, 1e-300)
-    return result
 
 
 def _opaque(bsdf: mi.BSDF) -> bool:
