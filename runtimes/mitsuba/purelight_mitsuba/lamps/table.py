@@ -120,13 +120,15 @@ class Lamps:
         self.luminaires: list[Luminaire] = list(dict.fromkeys(e.luminaire for e in emitters))
         self.finished = any(emitter.finishes for emitter in emitters)
         self.sheets = any(f.thin_walled and not f.opaque for e in emitters for f in e.finishes)
-        mesh = _mesh(emitters)
+        smooth = _normals(emitters)
+        mesh = _mesh(emitters, smooth)
         if self.finished:
             finishes, indices = sides(emitters)
             self._finishes, self._sides = Finishes(finishes), mi.UInt32(indices.ravel())
-            mesh = _mesh(emitters, FinishBSDF(self._finishes, self._sides))
+            mesh = _mesh(emitters, smooth, FinishBSDF(self._finishes, self._sides))
             scatter = ScatterBSDF(self._finishes, self._sides)
-            self._scattering = _mesh(emitters, scatter, copies=2)
+            self._scattering = _mesh(emitters, smooth, scatter, copies=2)
+            self._normals = None if smooth is None else _device(smooth)
             self._shapes = mi.ShapePtr(mesh), mi.ShapePtr(self._scattering)
             self._count = mi.UInt32(len(indices))
             dr.make_opaque(self._count)
@@ -159,6 +161,21 @@ class Lamps:
         back = dr.dot(hit.normal, outgoing) < 0
         side = 2 * hit.facet + dr.select(back, mi.UInt32(1), mi.UInt32(0))
         return self._finishes.look(dr.gather(mi.UInt32, self._sides, side, hit.valid), hit.valid)
+
+    def cosine(self, hit: Hit, place: Place, direction: mi.Vector3f) -> mi.Float:
+        """Of the angle between a ray and the normal, interpolated where a finish is smooth.
+
+        Arguments:
+            direction: Of the ray, in the world.
+        """
+        if self._normals is None:
+            return dr.abs(dr.dot(hit.normal, place.direction_to_local(direction)))
+        corners = [
+            dr.gather(mi.Vector3f, self._normals, 3 * hit.facet + k, hit.valid) for k in range(3)
+        ]
+        weights = (1 - hit.uv.x - hit.uv.y, hit.uv.x, hit.uv.y)
+        mean = sum(n * w for n, w in zip(corners, weights, strict=True))
+        return dr.abs(dr.dot(dr.normalize(mean), direction))
 
     def vertex(
         self,
@@ -251,11 +268,25 @@ def _device(table: np.ndarray) -> mi.Float:
     return buffer
 
 
+def _normals(emitters: Sequence[PureLightEmitter]) -> np.ndarray | None:
+    """Normals in the corners of all triangles in the world, [3 T, 3]; None if none is smooth."""
+    if not any(finish.smooth for e in emitters for finish in e.finishes):
+        return None
+    own = [corner_normals(e.luminaire.surface, e.finishes).reshape(-1, 3) for e in emitters]
+    return np.concatenate([n @ e.placement.rotation.T for n, e in zip(own, emitters, strict=True)])
+
+
 def _mesh(
-    emitters: Sequence[PureLightEmitter], bsdf: mi.BSDF | None = None, copies: int = 1
-) -> mi.Mesh:
-    """The exit surfaces in the world; with normals of their own if some finish is smooth."""
-    smooth = any(finish.smooth for e in emitters for finish in e.finishes)
+    emitters: Sequence[PureLightEmitter], normals: np.ndarray | None,
+    bsdf: mi.BSDF | None = None, copies: int = 1,
+) -> mi.Mesh:  # fmt: skip
+    """The exit surfaces in the world.
+
+    Arguments:
+        normals: Of their corners, [3 T, 3], if some are interpolated.
+        copies: How often each triangle is there.
+    """
+    smooth = normals is not None
     positions = [e.placement.point_to_world(e.luminaire.surface.positions) for e in emitters]
     faces = [e.luminaire.surface.triangles.astype(np.uint32) for e in emitters]
     if smooth:
@@ -271,11 +302,7 @@ def _mesh(
     params["vertex_positions"] = np.concatenate(positions).astype(np.float32).ravel()
     own = [f + np.uint32(first) for f, first in zip(faces, counts, strict=False)]
     params["faces"] = np.tile(np.concatenate(own).ravel(), copies)
-    if smooth:
-        normals = np.concatenate([
-            corner_normals(e.luminaire.surface, e.finishes).reshape(-1, 3) @ e.placement.rotation.T
-            for e in emitters
-        ])  # fmt: skip
+    if normals is not None:
         params["vertex_normals"] = normals.astype(np.float32).ravel()
     params.update()
     return mesh
