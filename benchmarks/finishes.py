@@ -77,11 +77,12 @@ class Subject:
         matrix = " ".join(f"{x:.9g}" for x in np.array(self.placed().matrix).ravel())
         root = ET.parse(path).getroot()
         for shape in root.iter("shape"):
-            ET.SubElement(
-                ET.SubElement(shape, "transform", name="to_world"), "matrix", value=matrix
-            )
-            for name in shape.findall("string[@name='filename']"):
-                name.set("value", str((path.parent / name.attrib["value"]).resolve()))
+            place = shape.find("transform[@name='to_world']")
+            if place is None:
+                place = ET.SubElement(shape, "transform", name="to_world")
+            ET.SubElement(place, "matrix", value=matrix)
+        for name in root.findall(".//string[@name='filename']"):
+            name.set("value", str((path.parent / name.attrib["value"]).resolve()))
         moved = path.with_name(f"{path.stem}_placed.xml")
         atomic.write_bytes(moved, ET.tostring(root))
         scene = mi.load_file(str(moved), optimize=False)

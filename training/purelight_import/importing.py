@@ -75,6 +75,9 @@ def read_lamp(path: str | Path, options: Options | None = None) -> tuple[Lamp, t
     lamp = settled(lamp, dict(_glass(options)))
     lamp = facing_out(lamp_lit(lamp, options))
     kept = settled(Lamp(lamp.name, kept, (), lamp.frame), {}).parts if kept else ()
+    for part in kept:
+        if part.radiance is not None:
+            lamp.notes("kept apart, and dark there although it emits", part.name)
     return merged(lamp), kept
 
 
