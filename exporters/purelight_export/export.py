@@ -36,7 +36,7 @@ from purelight_format.usd import asset_layer
 from purelight_format.verdict import caption, figures, words
 from purelight_onnx.luminaire import Luminaire
 from purelight_onnx.viewer import render
-from purelight_train.fragment import KEPT
+from purelight_train.fragment import KEPT, write_fragment
 from purelight_train.runs.run_directory import RunDirectory
 
 IES, EULUMDAT = PHOTOMETRIC = ("ies", "ldt")
@@ -61,7 +61,7 @@ def export(
     """Writes lamp.plux, and beside it lamp.ies, lamp.shape.ies and lamp.usda.
 
     Parts that training kept out of the networks are in the USD asset, and for Mitsuba in
-    lamp.kept/kept.xml.
+    lamp.kept.xml, whose meshes are in lamp.kept/.
 
     Every network is compared with the trained one, and a draft of the bundle is opened, checked
     and rendered, before anything appears at `output`. The USD asset comes last, so that none ever
@@ -270,13 +270,7 @@ def _beside(lamp: Facts, written: bundle.Bundle, photometry: Sequence[str] = (IE
 
 def _kept_scene(run: RunDirectory, bundle_path: Path) -> list[Path]:
     """Writes the kept parts beside the bundle, as a scene that Mitsuba's scenes may include."""
-    source, folder = run.path / "kept", bundle_path.with_suffix(".kept")
-    if not source.is_dir():
+    source = run.path / "kept" / KEPT
+    if not source.is_file():
         return []
-    folder.mkdir(exist_ok=True)
-    for file in sorted(source.rglob("*")):
-        target = folder / file.relative_to(source)
-        target.parent.mkdir(exist_ok=True)
-        if file.is_file():
-            atomic.write_bytes(target, file.read_bytes())
-    return [folder / KEPT]
+    return [write_fragment(source, bundle_path.with_suffix(".kept.xml"))]

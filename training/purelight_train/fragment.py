@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import shutil
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
@@ -25,14 +24,24 @@ def kept_beside(scene: Path) -> Path | None:
     return found if found.is_file() else None
 
 
-def write_fragment(scene: Path, folder: Path, prefix: str) -> Path:
-    """Writes a scene of kept parts, with the files that it names, as a fragment.
+def copied(scene: Path, folder: Path) -> Path:
+    """Copies a scene of an import, with the files that it names, into a folder; gives the copy."""
+    for name in _files(_parsed(scene), scene.parent):
+        _copy(scene.parent / name, folder / name)
+    _copy(scene, folder / scene.name)
+    return folder / scene.name
 
-    Its shapes stand where a lamp does whose `to_world` is the parameter `lamp_at`.
+
+def write_fragment(scene: Path, path: Path) -> Path:
+    """Writes a scene of kept parts as a fragment, and beside it a folder of the files it names.
+
+    Its shapes stand where a lamp does whose `to_world` is the parameter `lamp_at`. Mitsuba looks
+    for the files of an included scene beside the one that includes it.
 
     Arguments:
         scene: `kept.xml` of an import.
-        prefix: of all ids, so that two lamps' fragments may be in one room.
+        path: of the fragment, NAME.kept.xml; the name is a part of all ids, so that two lamps'
+            fragments may be in one room.
 
     Returns:
         The fragment.
@@ -40,23 +49,34 @@ def write_fragment(scene: Path, folder: Path, prefix: str) -> Path:
     Raises:
         PureLightError: the scene cannot be read.
     """
-    try:
-        root = ET.parse(scene).getroot()
-    except (OSError, ET.ParseError) as error:
-        raise PureLightError(f"{scene}: cannot be read: {error}") from None
+    root, folder = _parsed(scene), path.with_suffix("")
+    files = _files(root, scene.parent)
     for element in root.iter():
         if "id" in element.attrib:
-            element.set("id", f"{_plain(prefix)}_{element.attrib['id']}")
+            element.set("id", f"{_plain(folder.stem)}_{element.attrib['id']}")
+        if element.tag == "string" and element.get("value") in files:
+            element.set("value", f"{folder.name}/{element.attrib['value']}")
     for shape in root.findall("shape"):
         place = ET.SubElement(shape, "transform", name="to_world")
         ET.SubElement(place, "matrix", value=f"${PLACE}")
     root.insert(0, ET.Element("default", name=PLACE, value=IDENTITY))
-    for name in _files(root, scene.parent):
-        (folder / name).parent.mkdir(parents=True, exist_ok=True)
-        shutil.copyfile(scene.parent / name, folder / name)
+    for name in files:
+        _copy(scene.parent / name, folder / name)
     ET.indent(root)
-    atomic.write_bytes(folder / KEPT, ET.tostring(root, encoding="utf-8") + b"\n")
-    return folder / KEPT
+    atomic.write_bytes(path, ET.tostring(root, encoding="utf-8") + b"\n")
+    return path
+
+
+def _parsed(scene: Path) -> ET.Element:
+    try:
+        return ET.parse(scene).getroot()
+    except (OSError, ET.ParseError) as error:
+        raise PureLightError(f"{scene}: cannot be read: {error}") from None
+
+
+def _copy(source: Path, target: Path) -> None:
+    target.parent.mkdir(parents=True, exist_ok=True)
+    atomic.write_bytes(target, source.read_bytes())
 
 
 def _files(root: ET.Element, folder: Path) -> set[str]:

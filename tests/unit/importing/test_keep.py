@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -99,58 +98,73 @@ def test_a_part_that_is_kept_no_longer_shines_and_that_is_said(
     assert any("second" in note and "dark there" in note for note in made.notes)
 
 
+@pytest.fixture
+def kept(mitsuba: Any, scene: Path, tmp_path: Path) -> Path:
+    """`kept.xml` of the pendant, as training finds it."""
+    from purelight_import import Options
+    from purelight_train.foreign import scene_of
+    from purelight_train.fragment import kept_beside
+
+    with scene_of(scene, tmp_path / "run", Options(keep=("auto",))) as lamp:
+        found = kept_beside(lamp.scene)
+        assert found is not None
+        assert kept_beside(scene) is None
+        (tmp_path / "run" / "config.json").touch()
+    return found
+
+
+def test_kept_parts_are_in_the_asset(kept: Path) -> None:
+    from pxr import Usd, UsdGeom, UsdShade
+
+    from purelight_format.usd.appearance_text import kept_texts
+    from purelight_train.light.kept import kept_parts
+
+    text = kept_texts(kept_parts(kept), "/lamp")
+    stage = Usd.Stage.CreateInMemory()
+    stage.GetRootLayer().ImportFromString(f'#usda 1.0\ndef Xform "lamp" {{{text}}}')
+    scope = stage.GetPrimAtPath("/lamp/kept")
+    meshes = [p for p in scope.GetChildren() if p.IsA(UsdGeom.Mesh)]
+    assert sorted(p.GetDisplayName() for p in meshes) == AWAY
+    bounds = UsdGeom.BBoxCache(0, ["default", "render"]).ComputeWorldBound(scope)
+    assert bounds.ComputeAlignedRange().GetMax()[2] == pytest.approx(0.61, abs=1e-3)
+    for prim in meshes:
+        material = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial()[0]
+        assert material.ComputeSurfaceSource()[0]
+
+
+def test_a_fragment_stands_where_the_lamp_does(kept: Path, tmp_path: Path) -> None:
+    """Fragments of two lamps in one room do not share names."""
+    import mitsuba as mi
+
+    from purelight_train.fragment import write_fragment
+
+    for name in ("one", "two"):
+        write_fragment(kept, tmp_path / f"{name}.kept.xml")
+    place = "2 0 0 1  0 2 0 0  0 0 2 0.5  0 0 0 1"
+    room = tmp_path / "room.xml"
+    room.write_text(f"""<scene version="3.0.0"><default name="lamp_at" value="{place}"/>
+        <include filename="one.kept.xml"/><include filename="two.kept.xml"/></scene>""")
+    loaded = mi.load_file(str(room), optimize=False)
+    assert len(loaded.shapes()) == 4
+    assert np.array(loaded.bbox().max)[2] == pytest.approx(0.5 + 2 * 0.61, abs=1e-3)
+    assert np.array(loaded.bbox().center())[0] == pytest.approx(1, abs=1e-3)
+
+
 @pytest.mark.slow
-def test_kept_parts_are_in_the_asset_and_a_fragment(
+def test_from_keep_to_export(
     train: Any, scene: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
+    from pxr import Usd
+
     from purelight_export.cli import main as export
     from purelight_format.bundle import Bundle
 
     run, bundle = tmp_path / "run", tmp_path / "pendant.plux"
-    assert train(str(scene), "--output", str(tmp_path / "whole")) == 0
-    assert "cable, rose: opaque and away from the light" in capfd.readouterr().err
     assert train(str(scene), "--output", str(run), "--keep", "auto") == 0
     assert "--keep auto: cable, rose:" in capfd.readouterr().err
     assert export([str(run), "--output", str(bundle)]) == 0
-    assert "pendant.kept/kept.xml" in capfd.readouterr().out
-
-    sphere = Bundle.open(bundle).manifest.bounding_sphere
-    whole = json.loads((tmp_path / "whole" / "description.json").read_text())
-    assert sphere.radius < 0.1 < whole["bounding_sphere"]["radius"]
-    _in_usd(bundle)
-    _in_mitsuba(bundle)
-
-
-def _in_usd(bundle: Path) -> None:
-    """Both layers show the lamp and what was kept."""
-    from pxr import Usd, UsdGeom, UsdShade
-
-    for path in (bundle.with_suffix(".usda"), f"{bundle}[pendant.usda]"):
-        if str(path).endswith("]"):
-            continue  # Plain OpenUSD opens packages by its own names alone.
-        stage = Usd.Stage.Open(str(path))
-        root = stage.GetDefaultPrim().GetPath()
-        kept = stage.GetPrimAtPath(root.AppendChild("kept"))
-        meshes = [p for p in kept.GetChildren() if p.IsA(UsdGeom.Mesh)]
-        assert sorted(p.GetDisplayName() for p in meshes) == AWAY
-        bounds = UsdGeom.BBoxCache(0, ["default", "render"]).ComputeWorldBound(kept)
-        assert bounds.ComputeAlignedRange().GetMax()[2] == pytest.approx(0.61, abs=1e-3)
-        for prim in meshes:
-            material, _ = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial()
-            assert material.ComputeSurfaceSource()[0]
-
-
-def _in_mitsuba(bundle: Path) -> None:
-    """The fragment stands where the lamp does."""
-    import mitsuba as mi
-
-    folder = bundle.parent / "room"
-    folder.mkdir()
-    place = "2 0 0 1  0 2 0 0  0 0 2 0.5  0 0 0 1"
-    room = folder / "room.xml"
-    room.write_text(f"""<scene version="3.0.0"><default name="lamp_at" value="{place}"/>
-        <include filename="../{bundle.stem}.kept/kept.xml"/></scene>""")
-    scene = mi.load_file(str(room))
-    assert len(scene.shapes()) == 2
-    assert np.array(scene.bbox().max)[2] == pytest.approx(0.5 + 2 * 0.61, abs=1e-3)
-    assert np.array(scene.bbox().center())[0] == pytest.approx(1, abs=1e-3)
+    assert "pendant.kept.xml" in capfd.readouterr().out
+    assert Bundle.open(bundle).manifest.bounding_sphere.radius < 0.1
+    stage = Usd.Stage.Open(str(bundle.with_suffix(".usda")))
+    scope = stage.GetDefaultPrim().GetPath().AppendChild("kept")
+    assert stage.GetPrimAtPath(scope).GetChildren()

@@ -159,7 +159,8 @@ def _of_side(
         return [], np.full(count, -1)
     uv = np.concatenate([patch.uv.reshape(-1, 2) for patch in group])
     finish = finish_of(Material(bsdf, uv, front=front), _name(shape), index, smooth=smooth)
-    sheet = refracts and thin and finish.roughness**2 < SHARP
+    hollow = thin and shape.interior_medium() is None
+    sheet = refracts and hollow and finish.roughness**2 < SHARP
     finish = replace(finish, thin_walled=finish.thin_walled or sheet)
     colors = _colors(group)
     if colors is None or max(finish.base_color) == 0:

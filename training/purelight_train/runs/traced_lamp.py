@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from purelight_format.errors import PureLightError
 from purelight_format.members.finishes import to_json
 from purelight_format.ray_file.files import is_ray_file
-from purelight_train.fragment import kept_beside, write_fragment
+from purelight_train.fragment import copied, kept_beside
 from purelight_train.learning.photon_batches import PhotonBatches
 from purelight_train.learning.reference_rays import ReferenceRays
 from purelight_train.light.description import Description
@@ -143,7 +143,7 @@ class TracedLamp:
         if scene is None:
             return
         parts = kept_parts(scene)
-        write_fragment(scene, run.path / "kept", self.scene.stem)
+        copied(scene, run.path / "kept")
         run.write_json("kept.json", to_json([part.finish for part in parts]))
         arrays = {
             f"{field}_{k}": value
