@@ -52,6 +52,12 @@ class Subject:
     dark: Path
     bundle: Path
 
+    @property
+    def tracer(self) -> dict[str, Any]:
+        """The path tracer for its real scene."""
+        kind = "volpath" if "<medium" in self.scene.read_text() else "path"
+        return {"type": kind, "max_depth": -1 if kind == "path" else 256, "rr_depth": 16}
+
     def placed(self) -> Any:
         """The transform that brings its bounding sphere to the origin, with radius `UNIT`."""
         import mitsuba as mi
@@ -83,6 +89,11 @@ class Subject:
             ET.SubElement(place, "matrix", value=matrix)
         for name in root.findall(".//string[@name='filename']"):
             name.set("value", str((path.parent / name.attrib["value"]).resolve()))
+        larger = UNIT / Bundle.open(self.bundle, validate=False).manifest.bounding_sphere.radius
+        for medium in root.iter("medium"):  # As much in it as before.
+            given = medium.find("float[@name='scale']")
+            given = ET.SubElement(medium, "float", name="scale") if given is None else given
+            given.set("value", f"{float(given.get('value', 1)) / larger:.9g}")
         moved = path.with_name(f"{path.stem}_placed.xml")
         atomic.write_bytes(moved, ET.tostring(root))
         scene = mi.load_file(str(moved), optimize=False)
@@ -187,7 +198,7 @@ def measure(subject: Subject, room: str, *, on: bool, options: argparse.Namespac
     scene = surroundings(room, options.size)
     ours = {"type": "purelight", "mode": options.mode}
     masks = regions(subject, options.size)
-    truth = render(scene | subject.real(on=on), {"type": "path", "rr_depth": 16}, options.truth_spp)
+    truth = render(scene | subject.real(on=on), subject.tracer, options.truth_spp)
     before, after = (
         render(scene | subject.neural(on=on, finishes=finishes), ours, options.spp)
         for finishes in (False, True)
@@ -216,7 +227,7 @@ def furnace(subject: Subject, options: argparse.Namespace) -> Figures:
     masks = regions(subject, options.size)
     mask = np.any(list(masks.values()), axis=0)
     real = surroundings("furnace", options.size) | subject.real(on=False)
-    truth = render(real, {"type": "path", "rr_depth": 16}, options.spp)
+    truth = render(real, subject.tracer, options.spp)
     result: Figures = {"truth": float(truth.image[mask].mean())}
     for mode, engine in HOSTS:
         ours = {"type": "purelight", "mode": mode, "engine": engine, "rr_depth": 1000}
