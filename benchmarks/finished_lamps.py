@@ -1,4 +1,7 @@
-"""Five lamps that show their finishes: opaque shade, metal, clear globe, frosted globe, crystal."""
+"""Five lamps that show their finishes: opaque shade, metal, clear globe, frosted globe, crystal.
+
+`zoo-SEED-INDEX` names a lamp of the zoo, which was drawn and not made to show anything.
+"""
 
 from __future__ import annotations
 
@@ -9,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import trimesh
 
+from benchmarks.zoo.lamps.lamp import enlarged, make
 from purelight_examples.luminaires import crystal, filament_bulb, frosted_globe
 from purelight_examples.luminaires.lamp_scene import (
     RGB,
@@ -21,6 +25,7 @@ from purelight_examples.luminaires.parts import tube
 
 SECTIONS = 64
 BULB_RADIANCE = 400.0
+ZOO = "zoo-"
 
 
 def two_sided(reflectance: RGB) -> Material:
@@ -99,6 +104,11 @@ LAMPS: dict[str, Callable[[], list[Part]]] = {
 
 def write(folder: Path, name: str, *, on: bool = True) -> Path:
     """The scene of a lamp and its meshes, with its emitters or without; the XML's path."""
+    if name.startswith(ZOO):
+        seed, index = map(int, name.removeprefix(ZOO).split("-"))
+        lamp = make(seed, index)
+        file = name if on else f"{name}_off"
+        return lamp.write(folder, enlarged(lamp, 1.0), lit=on, name=file)
     parts = LAMPS[name]()
     if not on:
         parts = [replace(part, radiance=None) for part in parts]

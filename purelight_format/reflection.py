@@ -26,13 +26,15 @@ class Answer:
     Arguments:
         reflected: diffuse reflection and a specular lobe that is not sharp, per solid angle.
         mirrored: part of the light from the mirror direction, of a sharp specular reflection.
-        spread: of what goes on ahead but not straight, per solid angle.
+        ahead: of what goes on ahead but not straight, per solid angle.
+        back: of what a body sends back, per solid angle.
         straight: part of the light from straight behind.
     """
 
     reflected: Array
     mirrored: Array
-    spread: Array
+    ahead: Array
+    back: Array
     straight: Array
 
 
@@ -92,20 +94,25 @@ def answer(
     facing = np.where((normal * outgoing).sum(1, keepdims=True) < 0, -normal, normal)
     near, far = (facing * outgoing).sum(1), (facing * incoming).sum(1)
     kept = 1 - dielectric(near, finish)
-    diffuse, through = (np.asarray(c, dtype) for c in (finish.diffuse, finish.diffuse_transmission))
+    diffuse, ahead, back = (
+        np.asarray(c, dtype)
+        for c in (finish.diffuse, finish.scattered_ahead, finish.scattered_back)
+    )
+    if finish.opaque:
+        ahead, back = np.zeros(3, dtype), np.zeros(3, dtype)
     lambert = diffuse * kept * _evenly(far, finish) * np.maximum(far, 0)[:, None]
     sharp = finish.roughness**2 < SHARP
     glossy = 0 if sharp else _lobe(finish, facing, outgoing, incoming)
     above = ((near > 0) & (far > 0))[:, None]
     # What passes: no more than is left
-    left = np.maximum(1 - reflectance(near, finish) - kept * (diffuse + through), 0)
-    passing = np.minimum(transmittance, left) * (finish.opacity < 1)
-    lobe = _ahead(finish, -(outgoing * incoming).sum(1))[:, None]
-    spread = dtype.type(finish.spread)
+    left = np.maximum(1 - reflectance(near, finish) - kept * (diffuse + ahead + back), 0)
+    passing = np.minimum(transmittance, left) * (not finish.opaque)
+    cosine, spread = (outgoing * incoming).sum(1), dtype.type(finish.spread)
     return Answer(
         reflected=np.where(above, lambert + glossy, 0),
         mirrored=reflectance(near, finish) * sharp,
-        spread=(kept * through * (finish.opacity < 1) + passing * spread) * lobe,
+        ahead=(kept * ahead + passing * spread) * _about(-cosine, finish.ahead_exponent),
+        back=kept * back * _about(cosine, finish.back_exponent),
         straight=passing * (1 - spread),
     )
 
@@ -138,8 +145,7 @@ def _smith(cosine: Array, square: Array) -> Array:
     return result
 
 
-def _ahead(finish: Finish, cosine: Array) -> Array:
-    """Density of the lobe about the straight line, per solid angle (Eq. 20)."""
-    k = finish.spread_exponent
+def _about(cosine: Array, k: float) -> Array:
+    """Density of a lobe by the cosine to its axis, per solid angle (Eq. 20): [N] -> [N, 1]."""
     result: Array = (k + 1) / (2 * np.pi) * np.maximum(cosine, 0) ** k * (cosine > 0)
-    return result
+    return result[:, None]

@@ -266,7 +266,7 @@ FAULTS: dict[str, Make] = {
     "PLX_MANIFEST_RMAX_INVALID": edited("r_max", 1),
     "PLX_MANIFEST_FINISH_ENERGY": edited(
         "finishes",
-        [{"name": "chalk", "base_color": [1, 1, 1], "diffuse_transmission": [0.5, 0.5, 0.5]}],
+        [{"name": "chalk", "base_color": [1, 1, 1], "scattered_ahead": [0.5, 0.5, 0.5]}],
     ),
     "PLX_MANIFEST_NETWORK_MISSING": edited("networks", {}),
     "PLX_MANIFEST_NETWORK_UNKNOWN": edited(

@@ -42,7 +42,7 @@ SIGMAS = 5.0
 NOTHING: Mapping[str, Any] = MappingProxyType({})
 SMALL_OUTPUTS = {  # What counts as small, where that is neither zero nor the radiance scale.
     "transmittance": 1.0, "toward": 1.0, "tangent": 1.0, "bitangent": 1.0, "axis": 1.0,
-    "reflected": 1.0, "mirrored": 1.0, "spread": 1.0, "straight": 1.0,
+    "reflected": 1.0, "mirrored": 1.0, "ahead": 1.0, "back": 1.0, "straight": 1.0,
     "disk": 1.0, "u": 1.0, "inside": 1.0, "outside": 1.0,
 }  # fmt: skip
 HARD = {

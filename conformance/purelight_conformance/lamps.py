@@ -138,7 +138,8 @@ FINISHES = {
     "pane": Finish("pane", (0.0, 0.0, 0.0), roughness=0.0, opacity=0.0, thin_walled=True),
     "frost": Finish(
         "frost", (0.1, 0.12, 0.14), roughness=0.6, opacity=0.2, smooth=True, spread=0.9,
-        spread_exponent=2.5, diffuse_transmission=(0.05, 0.1, 0.15),
+        ahead_exponent=2.5, scattered_ahead=(0.05, 0.1, 0.15),
+        scattered_back=(0.2, 0.1, 0.0), back_exponent=0.5,
     ),
 }  # fmt: skip
 LAMPS = {

@@ -331,7 +331,7 @@ OPERATIONS = {
     ),
     "finish": Operation(
         {"normal": (3,), "outgoing": (3,), "incoming": (3,), "transmittance": (3,)},
-        {"reflected": (3,), "mirrored": (3,), "spread": (3,), "straight": (3,)},
+        {"reflected": (3,), "mirrored": (3,), "ahead": (3,), "back": (3,), "straight": (3,)},
         _finish, parameters=("finish",),
     ),
     "instance_radiance": Operation(

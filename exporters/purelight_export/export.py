@@ -24,7 +24,7 @@ from purelight_export.photometry import (
 from purelight_format import atomic, bundle, color
 from purelight_format.camera import Camera
 from purelight_format.errors import PureLightError
-from purelight_format.members import PHOTOMETRY, PREVIEW
+from purelight_format.members import MANIFEST, PHOTOMETRY, PREVIEW
 from purelight_format.members.manifest import Manifest, NetworkInfo
 from purelight_format.members.surface import Surface
 from purelight_format.networks.golden import golden_vectors
@@ -36,6 +36,7 @@ from purelight_format.usd import asset_layer
 from purelight_format.verdict import caption, figures, words
 from purelight_onnx.luminaire import Luminaire
 from purelight_onnx.viewer import render
+from purelight_train.fragment import KEPT
 from purelight_train.runs.run_directory import RunDirectory
 
 IES, EULUMDAT = PHOTOMETRIC = ("ies", "ldt")
@@ -58,6 +59,9 @@ def export(
     photometry: Sequence[str] = (IES,),
 ) -> list[Path]:
     """Writes lamp.plux, and beside it lamp.ies, lamp.shape.ies and lamp.usda.
+
+    Parts that training kept out of the networks are in the USD asset, and for Mitsuba in
+    lamp.kept/kept.xml.
 
     Every network is compared with the trained one, and a draft of the bundle is opened, checked
     and rendered, before anything appears at `output`. The USD asset comes last, so that none ever
@@ -93,6 +97,7 @@ def export(
     manifest = lamp.manifest(infos, {"onnx_error": errors}, compact=compact)
     manifest = replace(manifest, tier=_tier(parts))
     members[PREVIEW] = _preview(manifest, members)
+    members |= lamp.layer(manifest)
     written = bundle.write(output, manifest, members)
     return [output, *_beside(lamp, written, photometry)]
 
@@ -134,6 +139,15 @@ class Facts:
         flux *= np.divide(self.run.description.flux, total, out=np.zeros(3), where=total > 0)
         finish = arrays["finish"] if self.run.finishes else None
         return Surface(arrays["positions"], arrays["triangles"], flux.astype(np.float32), finish)
+
+    def layer(self, manifest: Manifest) -> Members:
+        """The layer inside the bundle, where that has more than what the bundle itself says."""
+        if not self.run.kept:
+            return {}
+        name = f"{asset_layer.identifier(manifest.name)}.usda"
+        paths = asset_layer.Paths(f"./{MANIFEST}", f"./{name}", photometry=f"./{PHOTOMETRY}")
+        text = asset_layer.layer_text(manifest, self.surface, paths, self.run.kept)
+        return {name: text.encode()}
 
     @property
     def extent(self) -> Extent:
@@ -248,6 +262,21 @@ def _beside(lamp: Facts, written: bundle.Bundle, photometry: Sequence[str] = (IE
         f"./{written.path.name}", f"./{asset.name}", written.digest, f"./{shape.name}"
     )
     atomic.write_bytes(shape, unit_ies_file(lamp.intensity, name=lamp.name, issued=lamp.issued))
-    text = asset_layer.layer_text(written.manifest, lamp.surface, paths)
+    text = asset_layer.layer_text(written.manifest, lamp.surface, paths, lamp.run.kept)
+    kept = _kept_scene(lamp.run, written.path)
     atomic.write_bytes(asset, text.encode())
-    return [*files, shape, asset]
+    return [*files, shape, *kept, asset]
+
+
+def _kept_scene(run: RunDirectory, bundle_path: Path) -> list[Path]:
+    """Writes the kept parts beside the bundle, as a scene that Mitsuba's scenes may include."""
+    source, folder = run.path / "kept", bundle_path.with_suffix(".kept")
+    if not source.is_dir():
+        return []
+    folder.mkdir(exist_ok=True)
+    for file in sorted(source.rglob("*")):
+        target = folder / file.relative_to(source)
+        target.parent.mkdir(exist_ok=True)
+        if file.is_file():
+            atomic.write_bytes(target, file.read_bytes())
+    return [folder / KEPT]

@@ -41,10 +41,11 @@ class Finish:
         opacity: 1 where nothing passes; below, the network `transparency` says what does.
         thin_walled: whether it is a sheet of glass with two parallel faces.
         smooth: whether normals are to be interpolated over the facets.
-        diffuse_transmission: part of the light that leaves into the half-space ahead, besides
-            what `transparency` says.
         spread: part of what `transparency` says that does not go straight.
-        spread_exponent: k of the lobe cos^k about the straight line in which both go on.
+        scattered_ahead: part of the light that leaves into the half-space ahead besides.
+        ahead_exponent: k of the lobe cos^k about the straight line in which both go on.
+        scattered_back: part of the light that a body sends back, besides what its face reflects.
+        back_exponent: k of the lobe cos^k about the direction of the viewer that this has.
         extra: fields this version does not know.
     """
 
@@ -57,9 +58,11 @@ class Finish:
     opacity: float = 1.0
     thin_walled: bool = False
     smooth: bool = False
-    diffuse_transmission: RGB = BLACK
     spread: float = 0.0
-    spread_exponent: float = 1.0
+    scattered_ahead: RGB = BLACK
+    ahead_exponent: float = 1.0
+    scattered_back: RGB = BLACK
+    back_exponent: float = 0.0
     extra: dict[str, Any] = field(default_factory=dict, compare=False)
 
     @property
@@ -93,11 +96,13 @@ def read(reader: Reader) -> Finish:
         opacity=reader.within("opacity", 0, 1, 1.0),
         thin_walled=reader.flag("thin_walled", False),
         smooth=reader.flag("smooth", False),
-        diffuse_transmission=reader.color("diffuse_transmission", BLACK),
         spread=reader.within("spread", 0, 1, 0.0),
-        spread_exponent=reader.within("spread_exponent", 0, LARGEST_EXPONENT, 1.0),
+        scattered_ahead=reader.color("scattered_ahead", BLACK),
+        ahead_exponent=reader.within("ahead_exponent", 0, LARGEST_EXPONENT, 1.0),
+        scattered_back=reader.color("scattered_back", BLACK),
+        back_exponent=reader.within("back_exponent", 0, LARGEST_EXPONENT, 0.0),
     )
-    total = given.diffuse + given.diffuse_transmission
+    total = given.diffuse + given.scattered_ahead + given.scattered_back
     if total.max() > 1 + ENERGY_SLACK:
         reader.add("PLX_MANIFEST_FINISH_ENERGY", "base_color", total=total.max())
     return replace(given, extra=reader.rest())

@@ -41,7 +41,8 @@ def material_text(finish: Finish, path: str) -> str:
     """
     name = path.rpartition("/")[2]
     spread = finish.spread * (1 - finish.opacity)
-    color = np.array(finish.base_color) + finish.diffuse_transmission + DIFFUSING * spread
+    color = np.array(finish.base_color) + finish.scattered_ahead + finish.scattered_back
+    color += DIFFUSING * spread
     return f"""    def Material "{name}"
     {{
         token outputs:surface.connect = <{path}/surface.outputs:surface>

@@ -237,14 +237,14 @@ for _field, _wrong in {
     "ior": 0.5,
     "opacity": True,
     "thin_walled": 1,
-    "spread_exponent": -1,
+    "back_exponent": -1,
 }.items():
     asset("PLX_MANIFEST_SCHEMA")(lambda k=_field, v=_wrong: finished({**FINISH, k: v}))
 asset("PLX_MANIFEST_SCHEMA")(lambda: edited("finishes", {"black": FINISH}))
 asset("PLX_MANIFEST_SCHEMA")(lambda: edited("finishes", ["black"]))
 asset("PLX_MANIFEST_FINISH_COUNT")(lambda: finished(*[FINISH] * (LIMITS.finishes + 1)))
 asset("PLX_MANIFEST_FINISH_ENERGY")(
-    lambda: finished({**FINISH, "diffuse_transmission": [1, 0.5, 0.5]}))  # fmt: skip
+    lambda: finished({**FINISH, "scattered_back": [1, 0.5, 0.5]}))  # fmt: skip
 asset("PLX_MANIFEST_MEMBER_MISSING")(lambda: edited("finishes", [FINISH]))
 asset("PLX_SURFACE_FINISH")(lambda: finished(FINISH, sides=np.ones((8, 2), np.uint8)))
 asset("PLX_NPY_SHAPE")(lambda: finished(FINISH, sides=np.zeros((8, 1), np.uint8)))

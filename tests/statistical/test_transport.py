@@ -257,16 +257,17 @@ def compare(
     spp: int,
     tolerance: float,
     engines: tuple[str, ...] = ("fused",),
+    depth: int = DEPTH,
 ) -> None:
     room, hangings = setting()
     film = room["sensor"]["film"] | {"width": size, "height": size}
     room = room | {"sensor": room["sensor"] | {"film": film}}
     ours, stock = twins.twins(folder, room, hangings)
     sheets = any(getattr(hanging.kind, "through", None) for hanging in hangings)
-    reference = {"type": "volpath" if sheets else "path", "max_depth": DEPTH}
+    reference = {"type": "volpath" if sheets else "path", "max_depth": depth}
     expected = passes(stock, reference, spp * 2, first=1000)
     for mode, engine in itertools.product(modes, engines):
-        settings = {"mode": mode, "engine": engine, "max_depth": DEPTH}
+        settings = {"mode": mode, "engine": engine, "max_depth": depth}
         agree(passes(ours, {"type": "purelight"} | settings, spp), expected, tolerance)
 
 

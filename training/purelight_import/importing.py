@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable
+import tempfile
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -15,9 +16,9 @@ from purelight_format.errors import PureLightError
 from purelight_import import formats
 from purelight_import.model.frame import UNITS, Frame, guess_unit, unit
 from purelight_import.model.lamp import Lamp, Part
-from purelight_import.options import Options
+from purelight_import.options import AUTO, Options
 from purelight_import.parts import emitters
-from purelight_import.parts.choice import Named, chosen
+from purelight_import.parts.choice import LISTED, Named, chosen
 from purelight_import.parts.emitting_sides import facing_out
 from purelight_import.parts.glass import settled
 from purelight_import.parts.merging import merged
@@ -34,6 +35,7 @@ GENERAL = {"scene", "model", "untitled", "lamp", "luminaire", "mesh", "object", 
            "world", "default"}  # fmt: skip
 KEPT, TEXT = "kept.xml", "parts.txt"
 Say = Callable[[str], None]
+Away = Callable[[Path], Sequence[str]]
 
 
 @dataclass(frozen=True)
@@ -73,6 +75,9 @@ def read_lamp(path: str | Path, options: Options | None = None) -> tuple[Lamp, t
     lamp = settled(lamp, dict(_glass(options)))
     lamp = facing_out(lamp_lit(lamp, options))
     kept = settled(Lamp(lamp.name, kept, (), lamp.frame), {}).parts if kept else ()
+    for part in kept:
+        if part.radiance is not None:
+            lamp.notes("kept apart, and dark there although it emits", part.name)
     return merged(lamp), kept
 
 
@@ -84,13 +89,14 @@ def lamp_lit(lamp: Lamp, options: Options) -> Lamp:
 
 def import_lamp(
     path: str | Path, output: str | Path, options: Options | None = None, *,
-    picture: bool = True,
+    picture: bool = True, away: Away | None = None,
 ) -> Imported:  # fmt: skip
     """Writes a lamp as a Mitsuba scene, with meshes, pictures, a list of parts and a portrait.
 
     Arguments:
         output: a folder; an earlier import there is replaced, unless it was changed.
         picture: whether to render the portrait.
+        away: names the parts of a lamp's scene that `--keep auto` means.
 
     Raises:
         PureLightError: the file cannot be taken, the options do not fit it, or the folder cannot
@@ -98,7 +104,11 @@ def import_lamp(
     """
     path, output, options = Path(path), Path(output).resolve(), options or Options()
     folders.check(output)
+    if AUTO in options.keep and away is None:
+        raise PureLightError(f"--keep {AUTO}: needs the lamp's light; say it to purelight-train")
     lamp, kept = read_lamp(path, options)
+    if AUTO in options.keep and away is not None:
+        lamp, kept = _set_apart(lamp, kept, away)
     scene = f"{tidy(lamp.name)}.xml"
     if scene == KEPT:
         scene = "kept_lamp.xml"
@@ -116,6 +126,22 @@ def import_lamp(
         (draft / TEXT).write_text(table.text(records) + "\n", "utf-8")
         record["doubts"] = _looked_at(draft / scene, lamp, picture=picture)
     return Imported(output / scene, records, record["notes"], record["doubts"])
+
+
+def _set_apart(lamp: Lamp, kept: tuple[Part, ...], away: Away) -> tuple[Lamp, tuple[Part, ...]]:
+    """Keeps what is away from the light apart too, and notes what that is."""
+    with tempfile.TemporaryDirectory() as folder:
+        scene = Path(folder) / "lamp.xml"
+        write_scene(scene, lamp, lamp.parts, "")
+        names = set(away(scene))
+    apart = tuple(p for p in lamp.parts if p.name in names)
+    said = ", ".join(p.name for p in apart[:LISTED]) + (", ..." if len(apart) > LISTED else "")
+    lamp.notes(
+        f"--keep {AUTO}: {said}: opaque and away from the light, kept apart as geometry"
+        if apart
+        else f"--keep {AUTO}: no opaque part is away from the light; none is kept apart"
+    )
+    return replace(lamp, parts=tuple(p for p in lamp.parts if p.name not in names)), kept + apart
 
 
 def _looked_at(scene: Path, lamp: Lamp, *, picture: bool) -> list[str]:
@@ -150,6 +176,11 @@ def _glass(options: Options) -> list[tuple[str, str]]:
     return [(pattern, kind) for pattern, _, kind in pairs]
 
 
+def _patterns(options: Options) -> list[str]:
+    """What of --keep names parts."""
+    return [pattern for pattern in options.keep if pattern != AUTO]
+
+
 def _name(lamp: Lamp, path: Path, options: Options) -> str:
     """What to call the lamp: as said, as the file's scene, as the file, or as its folder."""
     if options.name:
@@ -171,7 +202,7 @@ def _without(lamp: Lamp, options: Options) -> tuple[Lamp, tuple[Part, ...]]:
     items: list[Named] = [*lamp.parts, *lamp.points]
     for pattern, _ in _glass(options):
         chosen(pattern, lamp.parts, "--glass")
-    apart = {id(x) for pattern in options.keep for x in chosen(pattern, lamp.parts, "--keep")}
+    apart = {id(x) for pattern in _patterns(options) for x in chosen(pattern, lamp.parts, "--keep")}
     away = {id(x) for pattern in options.omit for x in chosen(pattern, items, "--omit")} | apart
     kept = tuple(p for p in lamp.parts if id(p) in apart)
     parts = tuple(p for p in lamp.parts if id(p) not in away)

@@ -10,6 +10,7 @@ from purelight_format import command
 
 UNITS_HELP = "m, cm, mm, in, ft or metres as a number (default: the file's)"
 GROUP = "lamps of other formats"
+AUTO = "auto"  # For --keep.
 
 
 @dataclass(frozen=True)
@@ -20,7 +21,8 @@ class Options:
     lumens: luminous flux of all emitters together.
     kelvin: colour temperature of the emitters.
     omit: patterns of parts to leave out.
-    keep: patterns of parts to write into `kept.xml`, as geometry of the room.
+    keep: patterns of parts to write into `kept.xml`, as geometry of the room; `AUTO` stands for
+        the opaque ones away from the light.
     glass: `NAME=solid` or `NAME=thin` each.
     name: of the lamp; None is that of the file's scene, or of the file.
     """
@@ -67,7 +69,8 @@ def add(parser: argparse.ArgumentParser) -> None:
     add("--kelvin", type=_kelvin, metavar="K", help="colour temperature of the emitters")
     add("--omit", action="append", default=[], metavar="NAME", help="leave parts out")
     add("--keep", action="append", default=[], metavar="NAME",
-        help="write parts into kept.xml, as geometry of the room")  # fmt: skip
+        help="leave dark parts out of the lamp and write them into kept.xml, as geometry of the "
+        "room; auto (purelight-train): the opaque ones away from the light")  # fmt: skip
     add("--glass", type=_glass, action="append", default=[], metavar="NAME=solid|thin",
         help="make glass a body that refracts, or a thin sheet")  # fmt: skip
     add("--name", help="name of the lamp (default: that of its scene or file)")

@@ -15,6 +15,7 @@ from purelight_format.ray_file.files import is_ray_file
 from purelight_import.cli import tell
 from purelight_import.formats import is_mitsuba_3
 from purelight_import.options import Options
+from purelight_import.parts.choice import LISTED
 from purelight_import.write import folder as folders
 
 if TYPE_CHECKING:
@@ -47,17 +48,17 @@ def scene_of(path: Path, run: Path, options: Options) -> Iterator[LampFile]:
     if is_ray_file(path):
         if options.given:
             raise PureLightError(f"{path}: rays have no parts; leave out what chooses them")
-        yield LampFile(path, lambda _: None)
+        yield LampFile(path, _ignore)
         return
     if not options.given and is_mitsuba_3(path):
-        yield LampFile(path, _warn_of)
+        yield LampFile(path, _look)
         return
     folder = run / FOLDER
     fresh = not folder.exists()
     missing = [parent for parent in folder.parents if not parent.exists()]
     scene = _imported(path, folder, options)
     try:
-        yield LampFile(scene, lambda _: None)
+        yield LampFile(scene, _ignore if options.keep else _hint_at)
     except BaseException:
         if fresh and not (run / "config.json").is_file():
             shutil.rmtree(folder, ignore_errors=True)
@@ -73,7 +74,7 @@ def _imported(path: Path, folder: Path, options: Options) -> Path:
 
     record = folders.read_record(folder)
     if record is None:
-        made = import_lamp(path, folder, options, picture=False)
+        made = import_lamp(path, folder, options, picture=False, away=_away)
         tell(COMMAND, made.notes, made.doubts)
         return made.scene
     same = record.get("options") == options.to_dict() and path.is_file()
@@ -85,6 +86,15 @@ def _imported(path: Path, folder: Path, options: Options) -> Path:
     return folder / str(record["scene"])
 
 
+def _ignore(_: Any) -> None:
+    """Of an imported lamp all has been said."""
+
+
+def _look(lamp: Luminaire) -> None:
+    _warn_of(lamp)
+    _hint_at(lamp)
+
+
 def _warn_of(lamp: Luminaire) -> None:
     """Prints what seems wrong with a lamp; `lamp` itself has warned of glass inside out."""
     from purelight_import.sanity import doubts
@@ -92,3 +102,31 @@ def _warn_of(lamp: Luminaire) -> None:
     for line in doubts(lamp.scene):
         if "inside out" not in line:
             command.warn(COMMAND, line)
+
+
+def _away(scene: Path) -> list[str]:
+    """What `--keep auto` means."""
+    import mitsuba as mi
+
+    from purelight_train.light.kept import parts_away
+
+    try:
+        loaded = mi.load_file(str(scene), optimize=False)
+    except RuntimeError as error:
+        reason = " ".join(str(error).split())[-300:]
+        raise PureLightError(f"Mitsuba does not take the lamp: {reason}") from None
+    return parts_away(loaded)
+
+
+def _hint_at(lamp: Luminaire) -> None:
+    """Says what `--keep auto` would keep; a lamp of which that is nothing says nothing."""
+    from purelight_train.light.kept import parts_away
+
+    found = parts_away(lamp.scene)
+    if found:
+        more = f" and {len(found) - LISTED} more" if len(found) > LISTED else ""
+        command.note(
+            COMMAND,
+            f"{', '.join(found[:LISTED])}{more}: opaque and away from the light; "
+            "--keep auto leaves such parts out of the networks, as geometry of the room",
+        )

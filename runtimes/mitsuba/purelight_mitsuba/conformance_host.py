@@ -25,7 +25,7 @@ mi = use()
 import drjit as dr  # noqa: E402 - only once Mitsuba has a variant
 import numpy as np  # noqa: E402
 
-from purelight_mitsuba.lamps.finish_bsdf import FinishBSDF, SpreadBSDF  # noqa: E402
+from purelight_mitsuba.lamps.finish_bsdf import FinishBSDF, ScatterBSDF  # noqa: E402
 from purelight_mitsuba.lamps.finishes import Finishes  # noqa: E402
 from purelight_mitsuba.lamps.luminaire import Luminaire, load  # noqa: E402
 from purelight_mitsuba.lamps.table import Hit, Lamps, Place  # noqa: E402
@@ -141,11 +141,14 @@ class MitsubaHost:
         si.wi, wo = si.to_local(mi.Vector3f(outgoing)), si.to_local(mi.Vector3f(incoming))
         context, active = mi.BSDFContext(), dr.full(mi.Bool, True, rows)
         reflected = FinishBSDF(finishes, sides).eval(context, si, wo, active)
-        lobe = SpreadBSDF(finishes, sides).eval(context, si, wo, active)
+        scatter = ScatterBSDF(finishes, sides)
+        ahead = scatter.eval(context, si, wo, active)
+        si.prim_index += 1
+        back = scatter.eval(context, si, wo, active)
         look = finishes.look(dr.zeros(mi.UInt32, rows), active)
         parts = Parts.of(look, si.wi.z, mi.Color3f(transmittance))
         mirrored = dr.select(look.sharp, look.reflectance(si.wi.z), 0)
-        return [reflected, mirrored, parts.spread * lobe, parts.straight]
+        return [reflected, mirrored, parts.ahead * ahead, parts.back * back, parts.straight]
 
     # The lamp in the world
 

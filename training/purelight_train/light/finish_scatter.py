@@ -12,12 +12,13 @@ from purelight_format.members.finishes import Finish
 from purelight_format.reflection import reflectance
 from purelight_train.light.finish_fit import reflected
 from purelight_train.light.luminaire import Luminaire
-from purelight_train.light.outside_light import Lines, Met, OutsideLight
+from purelight_train.light.outside_light import Lines, OutsideLight
 from purelight_train.light.transmittance import Passing, transmittance_parts
 
 LINES = 1 << 15
 LEAST = 2e-3  # of the light: less is none
 ANGLES = 12
+SHARPEST = 1e4  # exponent of a lobe
 Array = NDArray[np.float64]
 
 
@@ -45,19 +46,20 @@ class ScatterFit:
         )
         mirrored = _mean_over(lambda c: reflected(finish, c), lines.cosine)
         kept = 1 - _mean_over(lambda c: reflectance(np.array([c]), finish)[0], lines.cosine)
-        back = np.maximum(_back(met) - mirrored, 0) if not finish.thin_walled else np.zeros(3)
-        ahead = met.weight[(met.ahead > 0) & ~met.mirrored].sum(0) / LINES - through.all.mean(0)
-        if finish.thin_walled:
-            inner = self._inner(finish, lines, through)
-            rest = met.weight.mean(0) - mirrored - through.all.mean(0) - inner
-            back, ahead = np.maximum(rest, 0), np.zeros(3)
-        spread, exponent = _spread(met, through)
+        own, passing = met.weight * ~met.mirrored[:, None], through.all.mean(0)
+        ahead = own[met.ahead > 0].sum(0) / LINES - passing
+        back = own[met.ahead <= 0].sum(0) / LINES
+        if finish.thin_walled:  # Its walls do what is left of this, but for what is inside.
+            rest = met.weight.mean(0) - mirrored - passing - self._inner(finish, lines, through)
+            ahead, back = np.zeros(3), rest
+        spread = _spread(through)
         return replace(
             finish,
-            base_color=_rgb(np.array(finish.base_color) + _least(back) / kept),
-            diffuse_transmission=_rgb(_least(ahead) / kept),
             spread=spread,
-            spread_exponent=exponent,
+            scattered_ahead=_rgb(_least(ahead) / kept),
+            ahead_exponent=_exponent(own, met.ahead),
+            scattered_back=_rgb(_least(back) / kept),
+            back_exponent=_exponent(own, -met.ahead),
         )
 
     def _inner(self, finish: Finish, lines: Lines, through: Passing) -> Array:
@@ -74,22 +76,20 @@ class ScatterFit:
         return result
 
 
-def _back(met: Met) -> Array:
-    """Part of the light that a body sends back, or mirrors ahead at once: [3]."""
-    result: Array = met.first[(met.first_ahead <= 0) | met.mirrored].sum(0) / len(met.first)
-    return result
-
-
-def _spread(met: Met, through: Passing) -> tuple[float, float]:
-    """Which part of what passes leaves the line, and how sharp its lobe is about that."""
+def _spread(through: Passing) -> float:
+    """Which part of what passes leaves the line."""
     passing = float(through.all.sum())
     if passing < LEAST * LINES:
-        return 0.0, 1.0
+        return 0.0
     share = float(np.clip(through.scattered.sum() / passing, 0, 1))
-    weight = met.weight.sum(1) * (met.ahead > 0) * ~met.mirrored
-    cosine = float((weight * met.ahead).sum() / max(float(weight.sum()), 1e-9))
-    exponent = float(np.clip((2 * cosine - 1) / max(1 - cosine, 1e-4), 0, 1e4))
-    return (round(share, 4), round(exponent, 3)) if share > LEAST else (0.0, 1.0)
+    return round(share, 4) if share > LEAST else 0.0
+
+
+def _exponent(weight: Array, cosine: Array) -> float:
+    """The k of a lobe cos^k that has the mean cosine (k + 1) / (k + 2) of light [N, 3]."""
+    total = weight.sum(1) * (cosine > 0)
+    mean = float((total * cosine).sum() / max(float(total.sum()), 1e-9))
+    return round(float(np.clip((2 * mean - 1) / max(1 - mean, 1e-4), 0, SHARPEST)), 3)
 
 
 def _mean_over(function: Callable[[float], Array], cosine: Array) -> Array:

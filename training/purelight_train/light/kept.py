@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import drjit as dr
 import mitsuba as mi
@@ -11,34 +11,58 @@ import numpy as np
 from numpy.typing import NDArray
 
 from purelight_format.errors import PureLightError
+from purelight_format.limits import LIMITS
+from purelight_format.measures import BoundingSphere
+from purelight_format.members.finishes import Finish
 from purelight_format.usd.appearance_text import KeptPart
-from purelight_train.light.exit_surface import visible_part
+from purelight_train.light.exit_surface import ExitSurface, bounding_sphere
 from purelight_train.light.finish_fit import finish_of
 from purelight_train.light.interfaces import relative_index
 from purelight_train.light.light_tracing import Lamp, trace_paths
-from purelight_train.light.luminaire import scene_triangles, shape_mesh, triangle_counts
+from purelight_train.light.luminaire import shape_mesh
 from purelight_train.light.material_probe import PASSED, Material
 from purelight_train.light.scattering import Scattered
 
-PATHS = 1 << 18
-MOST_LIGHT = 0.02  # of the lamp's: a part that gets more is not away from the light
-LEAST_SEEN = 0.5  # of a part's area, from outside
+PATHS = 1 << 15
+MOST_LIGHT = 0.04  # of the lamp's: a part that gets more is not away from the light
+BEYOND = 1.1  # radii of the sphere around the rest
+PLACES = 1 << 12
 LEAST_PASSED = 2e-3
-SIGHTS = 1 << 18
 Array = NDArray[np.float64]
 
 
 def kept_parts(scene: Path) -> list[KeptPart]:
-    """The parts of a `kept.xml`.
+    """The parts of a `kept.xml`, those of the same material as one.
 
     Raises:
-        PureLightError: Mitsuba does not take it.
+        PureLightError: Mitsuba does not take it, or there are too many materials.
     """
     try:
         loaded = mi.load_file(str(scene.resolve()), optimize=False)
     except RuntimeError as error:
         raise PureLightError(f"{scene}: {' '.join(str(error).split())[-300:]}") from None
-    return [_part(shape) for shape in loaded.shapes()]
+    groups: dict[Finish, list[KeptPart]] = {}
+    for part in map(_part, loaded.shapes()):
+        groups.setdefault(replace(part.finish, name=""), []).append(part)
+    if len(groups) > LIMITS.finishes:
+        raise PureLightError(
+            f"{scene}: {len(groups)} materials, at most {LIMITS.finishes} can be kept; keep fewer "
+            "parts"
+        )
+    return [_joined(group) for group in groups.values()]
+
+
+def _joined(parts: list[KeptPart]) -> KeptPart:
+    """Parts of one material as one mesh, with the name of the first."""
+    first = np.cumsum([0, *(len(part.positions) for part in parts)])
+    normals = [part.normals for part in parts if part.normals is not None]
+    return KeptPart(
+        parts[0].name,
+        np.concatenate([part.positions for part in parts]),
+        np.concatenate([p.triangles + np.uint32(k) for p, k in zip(parts, first, strict=False)]),
+        np.concatenate(normals) if normals else None,
+        parts[0].finish,
+    )
 
 
 def _part(shape: mi.Shape) -> KeptPart:
@@ -76,38 +100,56 @@ class _Arrivals:
         return self._lamp.scatter(si, ray, weight, sampler, active)
 
 
-def parts_away(path: Path) -> list[str]:
-    """Names of the dark, opaque parts that are seen from outside and get next to no light."""
-    scene: Any = mi.load_file(str(path.resolve()), optimize=False)
+def parts_away(scene: mi.Scene) -> list[str]:
+    """Names of the dark, opaque parts that are away from the light, and so from the rest.
+
+    They get next to none of it, and lie for the greater part outside of the sphere around all that
+    shines, lets light pass, or gets more of it.
+    """
+    shapes = scene.shapes()
+    dark = np.array([not shape.is_emitter() and _opaque(shape.bsdf()) for shape in shapes])
+    places = _places(scene)
+    if not _beyond(places, dark).any():  # No more than these can be, so that no light is needed.
+        return []
+    dark &= _arriving(scene) <= MOST_LIGHT
+    away = _beyond(places, dark)
+    return [shape.id() for k, shape in enumerate(shapes) if away[k] and shape.id()]
+
+
+def _beyond(places: list[NDArray[np.float32]], dark: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Which dark shapes lie for the greater part outside of the sphere around the others: [S]."""
+    if dark.all() or not dark.any():
+        return np.zeros(len(dark), bool)
+    rest = np.concatenate([p for p, d in zip(places, dark, strict=True) if not d])
+    sphere = bounding_sphere(rest)
+    return np.array([d and _outside(p, sphere) for p, d in zip(places, dark, strict=True)])
+
+
+def _arriving(scene: mi.Scene) -> Array:
+    """The part of the emitted light that arrives at each shape, each time it does: [S]."""
     lamp = Lamp(scene)
     visitor, sampler = _Arrivals(lamp), mi.load_dict({"type": "independent"})
     sampler.seed(0, PATHS)
     dr.eval(trace_paths(lamp, sampler, visitor))
-    arrives = np.array(visitor.power, np.float64) / PATHS
-    total = float(lamp.emission.power().sum())
-    seen = _seen(scene)
-    return [
-        shape.id()
-        for k, shape in enumerate(scene.shapes())
-        if shape.id() and not shape.is_emitter() and seen[k] > LEAST_SEEN
-        and arrives[k] <= MOST_LIGHT * total and _opaque(shape.bsdf())
-    ]  # fmt: skip
-
-
-def _seen(scene: mi.Scene) -> Array:
-    """The part of each shape's area that is seen from outside."""
-    positions, triangles, normals = scene_triangles(scene)
-    surface = visible_part(positions, triangles, normals, SIGHTS, np.random.default_rng(0))
-    assert surface.source is not None
-    a, b, c = positions.astype(np.float64)[triangles.T]
-    area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
-    visible = np.zeros(len(triangles), bool)
-    visible[surface.source] = True
-    counts = triangle_counts(scene)
-    shape = np.repeat(np.arange(len(counts)), counts)
-    whole = np.bincount(shape, area, len(counts))
-    result: Array = np.bincount(shape, area * visible, len(counts)) / np.maximum(whole, 1e-300)
+    result: Array = np.array(visitor.power, np.float64) / PATHS / lamp.emission.power().sum()
     return result
+
+
+def _places(scene: mi.Scene) -> list[NDArray[np.float32]]:
+    """Points spread evenly over each shape: [PLACES, 3] each."""
+    rng, result = np.random.default_rng(0), []
+    for shape in scene.shapes():
+        vertices, faces, _ = shape_mesh(shape)
+        surface = ExitSurface(
+            vertices.astype(np.float32), faces.astype(np.uint32), np.zeros(len(faces), bool)
+        )
+        result.append(surface.sample(PLACES, rng)[0])
+    return result
+
+
+def _outside(places: NDArray[np.float32], sphere: BoundingSphere) -> bool:
+    distance = np.linalg.norm(places - np.array(sphere.center), axis=1) / sphere.radius
+    return bool((distance > BEYOND).mean() > 0.5)
 
 
 def _opaque(bsdf: mi.BSDF) -> bool:

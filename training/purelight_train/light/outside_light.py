@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from purelight_train.light.exit_surface import ExitSurface, cosine_directions
-from purelight_train.light.look_back import LookBack
 from purelight_train.light.media import Media
 from purelight_train.light.rays import leave, scene_extent
 
@@ -65,16 +64,13 @@ class Met:
     """What became of each line.
 
     Arguments:
-        weight: [N, 3] of the light, when the path has left the lamp for good; 0 if it never does.
+        weight: [N, 3] of the light when the path has left the lamp; 0 if it never does.
         ahead: [N] cosine of the direction it left in to the line.
-        first: [N, 3] of the light, when it first left the exit surface, and `first_ahead`.
         mirrored: [N] whether the first event was a reflection.
     """
 
     weight: NDArray[np.float64]
     ahead: NDArray[np.float64]
-    first: NDArray[np.float64]
-    first_ahead: NDArray[np.float64]
     mirrored: NDArray[np.bool_]
 
 
@@ -84,7 +80,6 @@ class OutsideLight:
     def __init__(self, scene: mi.Scene, surface: ExitSurface) -> None:
         self.scene, self._radius = scene, surface.sphere.radius
         self.extent = dr.opaque(mi.Float, scene_extent(scene))
-        self.look_back = LookBack(surface, scene)
         self.media = Media(scene, scattering=True)
 
     def __call__(self, lines: Lines, seed: int) -> Met:
@@ -97,45 +92,29 @@ class OutsideLight:
         ray = mi.Ray3f(mi.Point3f(origin), mi.Vector3f(direction))
         end = _follow(self, ray, sampler)
         dr.eval(end)
+        weight, way = (np.array(a, np.float64).T for a in (end.weight, end.way))
         line = np.asarray(-lines.outgoing, np.float64)
-        arrays = [
-            np.array(a, np.float64).T for a in (end.weight, end.way, end.first, end.first_way)
-        ]
-        weight, way, first, first_way = arrays
-        return Met(
-            np.nan_to_num(weight), (way * line).sum(1), np.nan_to_num(first),
-            (first_way * line).sum(1), np.array(end.mirrored),
-        )  # fmt: skip
+        return Met(np.nan_to_num(weight), (way * line).sum(1), np.array(end.mirrored))
 
 
 @dataclass
 class _End:
     weight: mi.Color3f
     way: mi.Vector3f
-    first: mi.Color3f
-    first_way: mi.Vector3f
-    left: mi.Bool
     mirrored: mi.Bool
 
 
 @dr.syntax
 def _follow(lamp: OutsideLight, ray: mi.Ray3f, sampler: mi.Sampler) -> _End:
     weight, medium = mi.Color3f(1), dr.zeros(mi.MediumPtr)
-    nothing, nowhere = mi.Color3f(0), mi.Vector3f(ray.d)
-    end = _End(nothing, nowhere, mi.Color3f(0), mi.Vector3f(ray.d), mi.Bool(False), mi.Bool(False))
-    events, active, inside = mi.UInt32(0), mi.Bool(True), mi.Bool(False)
+    end = _End(mi.Color3f(0), mi.Vector3f(ray.d), mi.Bool(False))
+    events, active = mi.UInt32(0), mi.Bool(True)
     while active:
         si = lamp.scene.ray_intersect(ray, mi.RayFlags.All, coherent=False, active=active)
         flight = lamp.media.fly(medium, ray, si.t, weight, sampler, active)
         weight = dr.select(active, flight.weight, weight)
         free = active & ~si.is_valid() & ~flight.collided
         met = active & si.is_valid() & ~flight.collided
-        # Has it left the exit surface, to meet another part of it?
-        seen = lamp.look_back(ray.o, ray.d, 0.5 * si.t, met & inside)
-        leaves = (free | seen) & ~end.left & (events > 0)
-        end.first = dr.select(leaves, weight, end.first)
-        end.first_way = dr.select(leaves, ray.d, end.first_way)
-        end.left |= leaves
         end.weight = dr.select(free, weight, end.weight)
         end.way = dr.select(free, ray.d, end.way)
         # A surface
@@ -153,7 +132,6 @@ def _follow(lamp: OutsideLight, ray: mi.Ray3f, sampler: mi.Sampler) -> _End:
             next_ray = dr.select(
                 flight.collided, mi.Ray3f(flight.interaction.p, event.direction), next_ray
             )
-        inside = met
         active &= met | flight.collided
         active &= (dr.max(weight) > 0) & (events < MAX_EVENTS)
         ray = dr.select(active, next_ray, ray)

@@ -5,6 +5,8 @@ config.json                 luminaire path and digest, preset (all sizes), seed,
 description.json            sphere, flux, radiance scale, channels (`description.Description`)
 surface.npz                 positions [V,3], triangles [T,3], triangle_flux [T,3] in W, finish [T,2]
 finishes.json               what the indices of `finish` stand for, as in a manifest
+kept/, kept.npz, kept.json  parts that are ordinary geometry (`fragment`), if there are any: a
+                            scene of Mitsuba's, their meshes, their finishes
 escaped.npz                 direction [M,3], weight [M,3]: a random part of the exit records,
                             scaled so that the weights sum to the flux
 networks/NAME.safetensors   of each finished network (`trained`), and how its training went
@@ -30,6 +32,7 @@ from purelight_format import atomic
 from purelight_format.errors import PureLightError
 from purelight_format.members.finishes import Finish, read_all
 from purelight_format.members.manifest_reader import Reader
+from purelight_format.usd.appearance_text import KeptPart
 from purelight_train.light.description import Description
 from purelight_train.presets import Preset
 
@@ -121,9 +124,25 @@ class RunDirectory:
         Raises:
             PureLightError: the file does not say.
         """
-        if not (self.path / "finishes.json").is_file():
+        return self._finishes("finishes.json")
+
+    @property
+    def kept(self) -> tuple[KeptPart, ...]:
+        """The parts of the lamp that are ordinary geometry."""
+        finishes = self._finishes("kept.json")
+        arrays = self.read_arrays("kept.npz") if finishes else {}
+        return tuple(
+            KeptPart(
+                finish.name, arrays[f"positions_{k}"], arrays[f"triangles_{k}"],
+                arrays.get(f"normals_{k}"), finish,
+            )
+            for k, finish in enumerate(finishes)
+        )  # fmt: skip
+
+    def _finishes(self, name: str) -> tuple[Finish, ...]:
+        if not (self.path / name).is_file():
             return ()
-        reader = Reader(self.read_json("finishes.json"), "finishes.json")
+        reader = Reader(self.read_json(name), name)
         found = read_all(reader, "finishes")
         if reader.failed:
             raise PureLightError(f"{self.path}: {reader.findings.errors[0].message}")

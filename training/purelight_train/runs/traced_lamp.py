@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from purelight_format.errors import PureLightError
 from purelight_format.members.finishes import to_json
 from purelight_format.ray_file.files import is_ray_file
+from purelight_train.fragment import kept_beside, write_fragment
 from purelight_train.learning.photon_batches import PhotonBatches
 from purelight_train.learning.reference_rays import ReferenceRays
 from purelight_train.light.description import Description
@@ -20,6 +21,7 @@ from purelight_train.light.emission import Emission
 from purelight_train.light.exit_records import ExitRecords, escaped_part, settle, triangle_flux
 from purelight_train.light.exit_surface import ExitSurface
 from purelight_train.light.finishes import finished
+from purelight_train.light.kept import kept_parts
 from purelight_train.light.light_tracing import BATCH
 from purelight_train.light.luminaire import Luminaire, load_luminaire
 from purelight_train.light.measured_luminaire import MeasuredLuminaire, load_measured
@@ -124,6 +126,7 @@ class TracedLamp:
             return
         description, records, triangle = self._traced
         run.write_json("description.json", description.to_dict())
+        self._store_kept()
         run.write_arrays(
             "surface.npz",
             positions=self.surface.positions,
@@ -133,6 +136,22 @@ class TracedLamp:
         )
         direction, weight = escaped_part(records, description.flux, ESCAPED)
         run.write_arrays("escaped.npz", direction=direction, weight=weight)
+
+    def _store_kept(self) -> None:
+        """Store the parts that are kept out of the networks, if there are any."""
+        run, scene = self.stages.run, kept_beside(self.scene)
+        if scene is None:
+            return
+        parts = kept_parts(scene)
+        write_fragment(scene, run.path / "kept", self.scene.stem)
+        run.write_json("kept.json", to_json([part.finish for part in parts]))
+        arrays = {
+            f"{field}_{k}": value
+            for k, part in enumerate(parts)
+            for field in ("positions", "triangles", "normals")
+            if (value := getattr(part, field)) is not None
+        }
+        run.write_arrays("kept.npz", **arrays)
 
     def _finish(self) -> dict[str, NDArray[Any]]:
         """Of what each triangle is made, and in the run directory what that is.

@@ -81,8 +81,10 @@ class FinishBSDF(mi.BSDF):
         return "FinishBSDF[]"
 
 
-class SpreadBSDF(mi.BSDF):
-    """What goes on ahead but not straight: all of it, in a lobe about the straight line (Eq. 20).
+class ScatterBSDF(mi.BSDF):
+    """What leaves a body somewhere else: all of it, in a lobe ahead or back (Eq. 20).
+
+    Its mesh has each triangle of the lamps twice: first for what goes ahead.
 
     Arguments:
         finishes, sides: As those of `FinishBSDF`.
@@ -90,26 +92,32 @@ class SpreadBSDF(mi.BSDF):
 
     def __init__(self, finishes: Finishes, sides: mi.UInt32) -> None:
         super().__init__(mi.Properties())
-        flags = mi.BSDFFlags.DiffuseTransmission | BOTH_SIDES
+        flags = mi.BSDFFlags.DiffuseReflection | mi.BSDFFlags.DiffuseTransmission | BOTH_SIDES
         self.m_components, self.m_flags = [int(flags)], int(flags)
         self._finishes, self._sides = finishes, sides
+        self._count = mi.UInt32(dr.width(sides) // 2)
+        dr.make_opaque(self._count)
 
-    def _exponent(self, si: mi.SurfaceInteraction3f, active: Any) -> mi.Float:
+    def _lobe(self, si: mi.SurfaceInteraction3f, active: Any) -> tuple[mi.Vector3f, mi.Float]:
+        """Axis and exponent."""
         front = dr.dot(si.n, si.to_world(si.wi)) >= 0
-        side = dr.select(front, mi.UInt32(0), mi.UInt32(1))
-        index = dr.gather(mi.UInt32, self._sides, 2 * si.prim_index + side, active)
-        return self._finishes.look(index, mi.Bool(active)).exponent
+        side, back = dr.select(front, mi.UInt32(0), mi.UInt32(1)), si.prim_index >= self._count
+        triangle = dr.select(back, si.prim_index - self._count, si.prim_index)
+        index = dr.gather(mi.UInt32, self._sides, 2 * triangle + side, active)
+        look = self._finishes.look(index, mi.Bool(active))
+        axis = dr.select(back, si.wi, -si.wi)
+        return axis, dr.select(back, look.back_exponent, look.ahead_exponent)
 
     def sample(
         self, context: Any, si: mi.SurfaceInteraction3f, sample1: mi.Float, sample2: mi.Point2f,
         active: Any = True,
     ) -> tuple[mi.BSDFSample3f, mi.Color3f]:  # fmt: skip
-        exponent = self._exponent(si, active)
+        axis, exponent = self._lobe(si, active)
         cosine = sample2.x ** dr.rcp(exponent + 1)
         sine, turn = dr.safe_sqrt(1 - dr.square(cosine)), 2 * dr.pi * sample2.y
         along = mi.Vector3f(sine * dr.cos(turn), sine * dr.sin(turn), cosine)
         bs = dr.zeros(mi.BSDFSample3f)
-        bs.wo, bs.eta = mi.Frame3f(-si.wi).to_world(along), mi.Float(1)
+        bs.wo, bs.eta = mi.Frame3f(axis).to_world(along), mi.Float(1)
         bs.pdf = _power_cosine(exponent, cosine)
         bs.sampled_type = mi.UInt32(+mi.BSDFFlags.DiffuseTransmission)
         bs.sampled_component = mi.UInt32(0)
@@ -118,7 +126,8 @@ class SpreadBSDF(mi.BSDF):
     def eval_pdf(
         self, context: Any, si: mi.SurfaceInteraction3f, wo: mi.Vector3f, active: Any = True
     ) -> tuple[mi.Color3f, mi.Float]:
-        pdf = _power_cosine(self._exponent(si, active), -dr.dot(si.wi, wo))
+        axis, exponent = self._lobe(si, active)
+        pdf = _power_cosine(exponent, dr.dot(axis, wo))
         pdf = dr.select(active, pdf, 0)
         return mi.Color3f(pdf), pdf
 
@@ -133,7 +142,7 @@ class SpreadBSDF(mi.BSDF):
         return self.eval_pdf(context, si, wo, active)[1]
 
     def to_string(self) -> str:
-        return "SpreadBSDF[]"
+        return "ScatterBSDF[]"
 
 
 def _power_cosine(exponent: mi.Float, cosine: mi.Float) -> mi.Float:

@@ -17,7 +17,7 @@ from purelight_format.members.finishes import NONE, Finish
 from purelight_format.reflection import EDGE, SHARP, mean_reflectance
 from purelight_mitsuba.lamps.emitter import PureLightEmitter
 
-PACKETS = 7  # Of four floats per finish.
+PACKETS = 8  # Of four floats per finish.
 
 
 @dataclass
@@ -31,8 +31,9 @@ class Look:
         tint: Of the dielectric's specular reflection.
         diffuse: Colour of the diffuse reflection.
         even: One over the part of even light that the dielectric lets in, over pi.
-        through: Part that leaves ahead besides the network's transmittance.
-        spread, exponent: Part of the transmittance that does not go straight, and its lobe.
+        spread: Part of the transmittance that does not go straight.
+        ahead, back: Parts that leave ahead besides, and that come back.
+        ahead_exponent, back_exponent: Of their lobes.
     """
 
     known: mi.Bool
@@ -41,14 +42,16 @@ class Look:
     tint: mi.Color3f
     diffuse: mi.Color3f
     even: mi.Color3f
-    through: mi.Color3f
+    ahead: mi.Color3f
+    back: mi.Color3f
     metalness: mi.Float
     alpha: mi.Float
     ior: mi.Float
     thin: mi.Bool
     opaque: mi.Bool
     spread: mi.Float
-    exponent: mi.Float
+    ahead_exponent: mi.Float
+    back_exponent: mi.Float
 
     @property
     def sheet(self) -> mi.Bool:
@@ -96,7 +99,7 @@ class Finishes:
     def look(self, index: mi.UInt32, active: mi.Bool) -> Look:
         """Looks up finishes."""
         known = active & (index < self._count)
-        a, b, c, d, e, f, g = (
+        a, b, c, d, e, f, g, h = (
             dr.gather(mi.Vector4f, self._table, index * PACKETS + k, known) for k in range(PACKETS)
         )
         return Look(
@@ -106,14 +109,16 @@ class Finishes:
             tint=mi.Color3f(c.x, c.y, c.z),
             diffuse=mi.Color3f(d.x, d.y, d.z),
             even=mi.Color3f(e.x, e.y, e.z),
-            through=mi.Color3f(f.x, f.y, f.z),
+            ahead=mi.Color3f(f.x, f.y, f.z),
+            back=mi.Color3f(g.x, g.y, g.z),
             metalness=a.w,
             alpha=b.w,
             ior=c.w,
             thin=known & (d.w > 0),
             opaque=known & (e.w > 0),
             spread=f.w,
-            exponent=g.x,
+            ahead_exponent=g.w,
+            back_exponent=h.x,
         )
 
 
@@ -137,9 +142,12 @@ def row(finish: Finish) -> np.ndarray:
     edge = base + (1 - base) * (1 - EDGE) ** 5
     slope = edge * (1 - tint) / (EDGE * (1 - EDGE) ** 6)
     even = 1 / (np.pi * np.maximum(1 - mean_reflectance(finish), 1e-6))
-    through = np.array(finish.diffuse_transmission) * (not finish.opaque)
+    ahead, back = (
+        np.array(c) * (not finish.opaque) for c in (finish.scattered_ahead, finish.scattered_back)
+    )
     spread = finish.spread * (not finish.opaque)
     return np.array([
-        *base, finish.metalness, *slope, finish.roughness**2, *tint, finish.ior, *finish.diffuse,
-        finish.thin_walled, *even, finish.opaque, *through, spread, finish.spread_exponent, 0, 0, 0,
+        *base, finish.metalness, *slope, finish.roughness**2, *tint, finish.ior,
+        *finish.diffuse, finish.thin_walled, *even, finish.opaque, *ahead, spread,
+        *back, finish.ahead_exponent, finish.back_exponent, 0, 0, 0,
     ])  # fmt: skip

@@ -12,7 +12,7 @@ import numpy as np
 from purelight_format.errors import PureLightError
 from purelight_format.smooth_normals import corner_normals
 from purelight_mitsuba.lamps.emitter import PureLightEmitter
-from purelight_mitsuba.lamps.finish_bsdf import FinishBSDF, SpreadBSDF
+from purelight_mitsuba.lamps.finish_bsdf import FinishBSDF, ScatterBSDF
 from purelight_mitsuba.lamps.finishes import Finishes, Look, sides
 from purelight_mitsuba.lamps.lamp_choice import NONE, LampChoice
 from purelight_mitsuba.lamps.luminaire import Luminaire
@@ -120,13 +120,18 @@ class Lamps:
         self.luminaires: list[Luminaire] = list(dict.fromkeys(e.luminaire for e in emitters))
         self.finished = any(emitter.finishes for emitter in emitters)
         self.sheets = any(f.thin_walled and not f.opaque for e in emitters for f in e.finishes)
-        mesh = _mesh(emitters)
+        smooth = _normals(emitters)
+        mesh = _mesh(emitters, smooth)
         if self.finished:
             finishes, indices = sides(emitters)
             self._finishes, self._sides = Finishes(finishes), mi.UInt32(indices.ravel())
-            mesh = _mesh(emitters, FinishBSDF(self._finishes, self._sides))
-            self._spreading = _mesh(emitters, SpreadBSDF(self._finishes, self._sides))
-            self._shapes = mi.ShapePtr(mesh), mi.ShapePtr(self._spreading)
+            mesh = _mesh(emitters, smooth, FinishBSDF(self._finishes, self._sides))
+            scatter = ScatterBSDF(self._finishes, self._sides)
+            self._scattering = _mesh(emitters, smooth, scatter, copies=2)
+            self._normals = None if smooth is None else _device(smooth)
+            self._shapes = mi.ShapePtr(mesh), mi.ShapePtr(self._scattering)
+            self._count = mi.UInt32(len(indices))
+            dr.make_opaque(self._count)
         self._scene = _scene(mesh, room)
         self.surface = SurfaceSampler([luminaire.surface for luminaire in self.luminaires])
         self._facets = _device(_facets(emitters))
@@ -157,27 +162,48 @@ class Lamps:
         side = 2 * hit.facet + dr.select(back, mi.UInt32(1), mi.UInt32(0))
         return self._finishes.look(dr.gather(mi.UInt32, self._sides, side, hit.valid), hit.valid)
 
+    def cosine(self, hit: Hit, place: Place, direction: mi.Vector3f) -> mi.Float:
+        """Of the angle between a ray and the normal, interpolated where a finish is smooth.
+
+        Arguments:
+            direction: Of the ray, in the world.
+        """
+        if self._normals is None:
+            return dr.abs(dr.dot(hit.normal, place.direction_to_local(direction)))
+        corners = [
+            dr.gather(mi.Vector3f, self._normals, 3 * hit.facet + k, hit.valid) for k in range(3)
+        ]
+        weights = (1 - hit.uv.x - hit.uv.y, hit.uv.x, hit.uv.y)
+        mean = sum(n * w for n, w in zip(corners, weights, strict=True))
+        return dr.abs(dr.dot(dr.normalize(mean), direction))
+
     def vertex(
-        self, hit: Hit, distance: mi.Float, spreading: bool | mi.Bool
+        self,
+        hit: Hit,
+        distance: mi.Float,
+        ahead: bool | mi.Bool = False,
+        back: bool | mi.Bool = False,
     ) -> mi.PreliminaryIntersection3f:
         """Where a path ends at a lamp, as Mitsuba notes it.
 
         Arguments:
             distance: From the ray's origin.
-            spreading: Whether it goes on ahead, rather than back.
+            ahead, back: Whether it is scattered so, rather than reflected.
         """
         found = dr.zeros(mi.PreliminaryIntersection3f)
         found.valid, found.t = hit.valid, distance
         found.prim_index, found.prim_uv = hit.facet, hit.uv
-        found.shape = dr.select(spreading, self._shapes[1], self._shapes[0])
+        found.prim_index += dr.select(mi.Bool(back), self._count, 0)
+        found.shape = dr.select(mi.Bool(ahead) | back, self._shapes[1], self._shapes[0])
         return found
 
     def owner(self, found: mi.PreliminaryIntersection3f) -> tuple[mi.UInt32, mi.UInt32]:
-        """The lamp that a path's vertex is on, or NONE; and the same where it goes on ahead."""
-        reflecting, spreading = (found.shape == shape for shape in self._shapes)
-        on = found.is_valid() & (reflecting | spreading)
-        lamp = mi.UInt32(dr.gather(mi.Vector4f, self._facets, found.prim_index, on).w)
-        return dr.select(on, lamp, NONE), dr.select(on & spreading, lamp, NONE)
+        """The lamp that a path's vertex is on, or NONE; and the same where it is scattered."""
+        reflecting, scattering = (found.shape == shape for shape in self._shapes)
+        on, index = found.is_valid() & (reflecting | scattering), found.prim_index
+        index = dr.select(index >= self._count, index - self._count, index)
+        lamp = mi.UInt32(dr.gather(mi.Vector4f, self._facets, index, on).w)
+        return dr.select(on, lamp, NONE), dr.select(on & scattering, lamp, NONE)
 
     # Tables
 
@@ -242,9 +268,25 @@ def _device(table: np.ndarray) -> mi.Float:
     return buffer
 
 
-def _mesh(emitters: Sequence[PureLightEmitter], bsdf: mi.BSDF | None = None) -> mi.Mesh:
-    """The exit surfaces in the world; with normals of their own if some finish is smooth."""
-    smooth = any(finish.smooth for e in emitters for finish in e.finishes)
+def _normals(emitters: Sequence[PureLightEmitter]) -> np.ndarray | None:
+    """Normals in the corners of all triangles in the world, [3 T, 3]; None if none is smooth."""
+    if not any(finish.smooth for e in emitters for finish in e.finishes):
+        return None
+    own = [corner_normals(e.luminaire.surface, e.finishes).reshape(-1, 3) for e in emitters]
+    return np.concatenate([n @ e.placement.rotation.T for n, e in zip(own, emitters, strict=True)])
+
+
+def _mesh(
+    emitters: Sequence[PureLightEmitter], normals: np.ndarray | None,
+    bsdf: mi.BSDF | None = None, copies: int = 1,
+) -> mi.Mesh:  # fmt: skip
+    """The exit surfaces in the world.
+
+    Arguments:
+        normals: Of their corners, [3 T, 3], if some are interpolated.
+        copies: How often each triangle is there.
+    """
+    smooth = normals is not None
     positions = [e.placement.point_to_world(e.luminaire.surface.positions) for e in emitters]
     faces = [e.luminaire.surface.triangles.astype(np.uint32) for e in emitters]
     if smooth:
@@ -254,18 +296,13 @@ def _mesh(emitters: Sequence[PureLightEmitter], bsdf: mi.BSDF | None = None) -> 
     props = mi.Properties()
     if bsdf is not None:
         props["bsdf"] = bsdf
-    mesh = mi.Mesh(
-        "exit surfaces", int(counts[-1]), sum(map(len, faces)), props, has_vertex_normals=smooth
-    )
+    total = copies * sum(map(len, faces))
+    mesh = mi.Mesh("exit surfaces", int(counts[-1]), total, props, has_vertex_normals=smooth)
     params = mi.traverse(mesh)
     params["vertex_positions"] = np.concatenate(positions).astype(np.float32).ravel()
     own = [f + np.uint32(first) for f, first in zip(faces, counts, strict=False)]
-    params["faces"] = np.concatenate(own).ravel()
-    if smooth:
-        normals = np.concatenate([
-            corner_normals(e.luminaire.surface, e.finishes).reshape(-1, 3) @ e.placement.rotation.T
-            for e in emitters
-        ])  # fmt: skip
+    params["faces"] = np.tile(np.concatenate(own).ravel(), copies)
+    if normals is not None:
         params["vertex_normals"] = normals.astype(np.float32).ravel()
     params.update()
     return mesh

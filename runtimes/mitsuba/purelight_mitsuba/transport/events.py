@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 
 import drjit as dr
@@ -17,14 +18,15 @@ class Event:
     Arguments:
         weight: For the throughput.
         stops: Whether the path has a vertex at the lamp.
-        spreading: Whether it goes on ahead from there, rather than back.
+        ahead, back: Whether it is scattered there so, rather than reflected.
         inside: Whether that vertex is on the lamp's far wall.
         u: A fresh uniform number.
     """
 
     weight: mi.Color3f
     stops: mi.Bool
-    spreading: mi.Bool
+    ahead: mi.Bool
+    back: mi.Bool
     inside: mi.Bool
     u: mi.Float
 
@@ -53,13 +55,15 @@ class Parts:
 
     Arguments:
         reflected: About so much is reflected where the lamp is met.
-        spread: Goes on ahead, but not straight.
+        ahead: Goes on ahead, but not straight.
+        back: Comes back from inside of a body.
         inside: Reaches the far wall of a hollow, to be reflected there.
         straight: Comes from straight behind.
     """
 
     reflected: mi.Color3f
-    spread: mi.Color3f
+    ahead: mi.Color3f
+    back: mi.Color3f
     inside: mi.Color3f
     straight: mi.Color3f
 
@@ -78,36 +82,40 @@ class Parts:
         """
         kept = look.kept(cosine)
         reflected = look.reflectance(cosine) + kept * look.diffuse
-        ahead = kept * look.through
-        left = dr.maximum(1 - reflected - ahead, 0)
-        reached = dr.minimum(transmittance, left)
-        passing, inside = reached, mi.Color3f(0)
-        if far is not None:
-            reached = dr.minimum(transmittance / dr.maximum(1 - far, 1e-6), left)
-            passing = reached * (1 - far)
-            inside = dr.select(dr.max(far) > 0, reached * (1 - look.spread), 0)
-        passing = dr.select(look.opaque, 0, passing)
+        ahead, back = kept * look.ahead, kept * look.back
+        left = dr.maximum(1 - reflected - ahead - back, 0)
+        far = mi.Color3f(0) if far is None else far
+        reached = dr.minimum(transmittance / dr.maximum(1 - far, 1e-6), left)
+        reached = dr.select(look.opaque, 0, reached)
+        passing = reached * (1 - far)
+        inside = dr.select(dr.max(far) > 0, reached * (1 - look.spread), 0)
         return Parts(
             dr.select(look.known, reflected, 0),
             dr.select(look.known, ahead + passing * look.spread, 0),
-            dr.select(look.known & ~look.opaque, inside, 0),
+            dr.select(look.known, back, 0),
+            dr.select(look.known, inside, 0),
             dr.select(look.known, passing * (1 - look.spread), transmittance),
         )
 
     def draw(self, u: mi.Float, far: mi.Color3f | None = None) -> Event:
-        """Draws one of the four by its largest channel; what comes of the far wall counts there."""
-        worth = self.inside * far if far is not None else self.inside
-        values = (self.reflected, self.spread, worth, self.straight)
-        back, ahead, within, through = map(dr.max, values)
-        total = back + ahead + within + through
-        first, second, third = back / total, (back + ahead) / total, 1 - through / total
-        bounces, spreads = u < first, (u >= first) & (u < second)
-        inside = (u >= second) & (u < third) & (within > 0)
-        low = dr.select(bounces, 0, dr.select(spreads, first, dr.select(inside, second, third)))
-        high = dr.select(bounces, first, dr.select(spreads, second, dr.select(inside, third, 1)))
-        chance = high - low
-        value = dr.select(spreads, self.spread, dr.select(inside, self.inside, self.straight))
-        value = dr.select(bounces, 1, value)
-        weight = dr.select((total > 0) & (chance > 0), value / chance, 0)
-        fresh = dr.clip((u - low) / chance, 0, 1 - 1e-7)
-        return Event(weight, bounces | spreads | inside, spreads, inside, fresh)
+        """Draws one of them by its largest channel; the far wall counts for what it mirrors."""
+        inside = self.inside if far is None else self.inside * far
+        values = (self.reflected, self.ahead, self.back, inside, self.straight)
+        steps, total = [], mi.Float(0)
+        for value in values:
+            steps.append(total)
+            total = total + dr.max(value)
+        edges = [step / total for step in steps] + [mi.Float(1)]
+        drawn = [
+            (u >= low) & (u < high)
+            for low, high in itertools.pairwise(edges)
+        ]  # fmt: skip
+        worth = (mi.Color3f(1), self.ahead, self.back, self.inside, self.straight)
+        weight, fresh = mi.Color3f(0), mi.Float(0)
+        for chosen, value, low, high in zip(drawn, worth, edges, edges[1:], strict=False):
+            weight = dr.select(chosen, value / (high - low), weight)
+            fresh = dr.select(chosen, (u - low) / (high - low), fresh)
+        bounces, goes_ahead, comes_back, within, _ = drawn
+        stops = bounces | goes_ahead | comes_back | within
+        weight = dr.select(total > 0, weight, 0)
+        return Event(weight, stops, goes_ahead, comes_back, within, dr.clip(fresh, 0, 1 - 1e-7))

@@ -165,9 +165,11 @@ class Walk:
         if not self.lamps.finished:
             return self._transmittance(on, now.start, met, active), now.stops
         outgoing = -met.place.direction_to_local(on.direction)
-        look, cosine = self.lamps.look(met.hit, outgoing), dr.dot(met.hit.normal, outgoing)
+        look = self.lamps.look(met.hit, outgoing)
+        cosine = self.lamps.cosine(met.hit, met.place, on.direction)
         # A sheet met from the hollow behind it: nothing else of the lamp is on the way
-        hollow = look.sheet & (met.hit.lamp == on.own) & (cosine < 0)
+        behind = dr.dot(met.hit.normal, outgoing) < 0
+        hollow = look.sheet & (met.hit.lamp == on.own) & behind
         known = self._transmittance(on, now.start, met, active & ~look.opaque & ~hollow)
         passing = dr.select(hollow, 1 - look.reflectance(cosine), known.value)
         viewing = active & look.known & (now.turn == 0)
@@ -179,9 +181,9 @@ class Walk:
         (before,) = now.stops
         event = parts.draw(before.u, far and far.reflectance)
         ended = viewing & event.stops
-        found = self.lamps.vertex(met.hit, met.distance, event.spreading)
+        found = self.lamps.vertex(met.hit, met.distance, event.ahead, event.back)
         if far is not None:
-            found = dr.select(event.inside, self.lamps.vertex(far.hit, far.distance, False), found)
+            found = dr.select(event.inside, self.lamps.vertex(far.hit, far.distance), found)
         stop = Stop(
             dr.select(ended, found, before.found), before.active | ended,
             dr.select(viewing, event.u, before.u),
@@ -198,8 +200,11 @@ class Walk:
         ray.maxt = on.length - start
         hit = self.lamps.intersect(ray, active)
         outgoing = -met.place.direction_to_local(on.direction)
-        look, cosine = self.lamps.look(hit, outgoing), dr.dot(hit.normal, outgoing)
-        mirrors = hit.valid & (hit.lamp == met.hit.lamp) & look.sheet & (cosine < 0)
+        look, cosine = (
+            self.lamps.look(hit, outgoing), self.lamps.cosine(hit, met.place, on.direction)
+        )  # fmt: skip
+        behind = dr.dot(hit.normal, outgoing) < 0
+        mirrors = hit.valid & (hit.lamp == met.hit.lamp) & look.sheet & behind
         return FarWall(hit, start + hit.t, dr.select(mirrors, look.reflectance(cosine), 0))
 
     def _meet(self, now: Progress, on: Segment) -> Meeting:

@@ -1,0 +1,73 @@
+"""Parts that an import kept apart: a scene that rooms may include, wherever the lamp hangs."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+from purelight_format import atomic
+from purelight_format.errors import PureLightError
+from purelight_import.importing import KEPT
+from purelight_import.write.folder import read_record
+
+PLACE = "lamp_at"  # Parameter of the fragment: the lamp's to_world, as 16 numbers.
+IDENTITY = "1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1"
+
+
+def kept_beside(scene: Path) -> Path | None:
+    """The scene of the parts that were kept apart when a lamp's scene was imported, if any."""
+    record = read_record(scene.parent)
+    if record is None or record.get("scene") != scene.name or not record.get("kept"):
+        return None
+    found = scene.parent / KEPT
+    return found if found.is_file() else None
+
+
+def write_fragment(scene: Path, folder: Path, prefix: str) -> Path:
+    """Writes a scene of kept parts, with the files that it names, as a fragment.
+
+    Its shapes stand where a lamp does whose `to_world` is the parameter `lamp_at`.
+
+    Arguments:
+        scene: `kept.xml` of an import.
+        prefix: of all ids, so that two lamps' fragments may be in one room.
+
+    Returns:
+        The fragment.
+
+    Raises:
+        PureLightError: the scene cannot be read.
+    """
+    try:
+        root = ET.parse(scene).getroot()
+    except (OSError, ET.ParseError) as error:
+        raise PureLightError(f"{scene}: cannot be read: {error}") from None
+    for element in root.iter():
+        if "id" in element.attrib:
+            element.set("id", f"{_plain(prefix)}_{element.attrib['id']}")
+    for shape in root.findall("shape"):
+        place = ET.SubElement(shape, "transform", name="to_world")
+        ET.SubElement(place, "matrix", value=f"${PLACE}")
+    root.insert(0, ET.Element("default", name=PLACE, value=IDENTITY))
+    for name in _files(root, scene.parent):
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(scene.parent / name, folder / name)
+    ET.indent(root)
+    atomic.write_bytes(folder / KEPT, ET.tostring(root, encoding="utf-8") + b"\n")
+    return folder / KEPT
+
+
+def _files(root: ET.Element, folder: Path) -> set[str]:
+    """The files below a folder that a scene names."""
+    named = {string.get("value", "") for string in root.iter("string")}
+    inside = folder.resolve()
+    return {
+        name for name in named
+        if name and (folder / name).is_file() and (folder / name).resolve().is_relative_to(inside)
+    }  # fmt: skip
+
+
+def _plain(name: str) -> str:
+    return re.sub(r"\W", "_", name)
