@@ -69,7 +69,9 @@ def install(path: str) -> list[str]:
 
 def enable() -> None:
     """Switches the extension on, and waits for nothing else."""
-    import addon_utils
+    import bpy  # noqa: F401  (before any of its modules)
+
+    import addon_utils  # isort: skip
 
     addon_utils.extensions_refresh(ensure_wheels=True)
     assert addon_utils.enable(MODULE) is not None
@@ -77,8 +79,9 @@ def enable() -> None:
 
 def disable() -> list[str]:
     """Switches it off again; what of it is left in Blender."""
-    import addon_utils
     import bpy
+
+    import addon_utils  # isort: skip
 
     addon_utils.disable(MODULE)
     handlers = [call for calls in vars_of(bpy.app.handlers) for call in calls]
@@ -92,8 +95,9 @@ def vars_of(handlers: Any) -> list[list[Any]]:
 
 def empty(engine: str = "CYCLES", scale_length: float = 1.0, background: float = 0.0) -> None:
     """A new file of nothing, under an even sky."""
-    import addon_utils
     import bpy
+
+    import addon_utils  # isort: skip
 
     bpy.ops.wm.read_factory_settings(use_empty=True)
     addon_utils.enable("cycles")
@@ -200,7 +204,7 @@ def picture(
     cycles, render = scene.cycles, scene.render
     cycles.shading_system = osl
     cycles.device, cycles.samples, cycles.max_bounces = "CPU", samples, 0
-    cycles.transparent_max_bounces = 64
+    cycles.min_transparent_bounces = 64  # No roulette.
     cycles.use_denoising = cycles.use_adaptive_sampling = False
     cycles.pixel_filter_type = "BOX"
     cycles.filter_width = 0.01 if samples == 1 else 1.0

@@ -108,7 +108,8 @@ def of(bundle: Bundle, warnings: tuple[str, ...] = ()) -> Lamp:
     )
     turned = convexity.outward(positions, triangles)
     triangles, both = (
-        sides.open_sides(positions, triangles) if turned is None
+        sides.open_sides(positions, triangles)
+        if turned is None
         else (turned, np.zeros(len(turned), bool))
     )
     area = _area(positions, triangles)

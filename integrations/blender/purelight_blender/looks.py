@@ -1,4 +1,4 @@
-"""Which look a lamp has: its networks where OSL runs, else a light of its IES file and a baked look."""
+"""Which look a lamp has: its networks where OSL runs, else an IES light and a baked look."""
 
 from __future__ import annotations
 
@@ -10,8 +10,11 @@ from . import ies_light
 from .scene import is_lamp, lamps
 
 STATE = "purelight_state"  # Of an object: the look that it has been given.
+CROSSINGS = 64  # Transparent bounces; Cycles has 8, and what is beyond is black.
 NETWORKS, SIMPLE = "networks", "simple"
-NOTE = "shown by a light of its IES file and a baked look: alike from all sides, right from afar only"
+NOTE = (
+    "shown by a light of its IES file and a baked look: alike from all sides, right from afar only"
+)
 
 
 def obstacle(scene: Any) -> str:
@@ -32,9 +35,11 @@ def compute_device() -> str:
 
 
 def switch_on(scene: Any) -> None:
-    """Turns OSL on; it does nothing where there is none."""
+    """Turns OSL on, and lets rays cross as many surfaces as a lamp may have."""
     if hasattr(scene, "cycles"):
         scene.cycles.shading_system = True
+        most = scene.cycles.transparent_max_bounces
+        scene.cycles.transparent_max_bounces = max(most, CROSSINGS)
 
 
 def fit(scene: Any) -> None:
@@ -63,7 +68,8 @@ def scaling_fault(thing: Any) -> str:
     columns = [column.to_3d() for column in thing.matrix_world.col[:3]]
     sizes = [column.length for column in columns]
     straight = all(
-        abs(columns[i].dot(columns[j])) < 1e-4 * sizes[i] * sizes[j] for i, j in ((0, 1), (0, 2), (1, 2))
+        abs(columns[i].dot(columns[j])) < 1e-4 * sizes[i] * sizes[j]
+        for i, j in ((0, 1), (0, 2), (1, 2))
     )
     if not straight or max(sizes) > 1.0001 * min(sizes) or not min(sizes) > 0:
         return "scaled unevenly or sheared: its light is wrong"

@@ -1,4 +1,4 @@
-"""The materials of a lamp: one node group that asks the networks, one material for each flux bin."""
+"""The materials of a lamp: a node group that asks the networks, a material for each flux bin."""
 
 from __future__ import annotations
 

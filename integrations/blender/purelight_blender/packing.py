@@ -5,7 +5,6 @@ The parts of PureLight that it needs lie in it as a wheel, which Blender unpacks
 
 from __future__ import annotations
 
-import argparse
 import base64
 import hashlib
 import io
@@ -56,7 +55,9 @@ def extension() -> bytes:
 
 def named_wheel(manifest: str) -> str:
     """Where the manifest says that the wheel lies."""
-    found = re.search(r'^wheels = \["\./(wheels/purelight-[\d.]+-py3-none-any\.whl)"\]', manifest, re.M)
+    found = re.search(
+        r'^wheels = \["\./(wheels/purelight-[\d.]+-py3-none-any\.whl)"\]', manifest, re.M
+    )
     assert found is not None
     return found[1]
 

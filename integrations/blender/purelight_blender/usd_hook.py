@@ -26,13 +26,15 @@ class WM_USD_purelight(bpy.types.USDHook):  # noqa: N801
 
     @staticmethod
     def on_import(context: Any) -> bool:
-        """Adds the lamps of the stage that was imported; a lamp that is at fault keeps its light."""
+        """Adds the lamps of the imported stage; one that is at fault keeps its stand-in."""
         stage = context.get_stage()
         found = {prim.path: prim for prim in luminaires(stage)}
         if not found:
             return True
         objects = {
-            str(path): next((block for block in blocks if isinstance(block, bpy.types.Object)), None)
+            str(path): next(
+                (block for block in blocks if isinstance(block, bpy.types.Object)), None
+            )
             for path, blocks in context.get_prim_map().items()
         }
         looks.switch_on(bpy.context.scene)
@@ -110,7 +112,8 @@ class Places:
         found = self._lamps[path]
         if prim.digest and prim.digest != found.digest:
             raise PureLightError(
-                f"{path.name} is not the bundle that its USD asset was written for; export both again"
+                f"{path.name} is not the bundle that its USD asset was written for; "
+                "export both again"
             )
         return found
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from purelight_onnx.lighting import irradiance
+from purelight_format.measures import cap, cap_to_direction
 from purelight_onnx.luminaire import Luminaire
 from tests.support import blender_lamps
 from tests.support.analytic_lamps import CENTRE, RADIUS, Lamp
@@ -16,16 +16,17 @@ from tests.support.blender_host import Blender
 from tests.unit.blender.conftest import pixels
 
 ASKEW = np.array([[0, -1.5, 0, 0.2], [1.5, 0, 0, -0.1], [0, 0, 1.5, 0.4], [0, 0, 0, 1.0]])
-# Along x, so that a ray crosses both balls; and from above.
+# The lamp hangs turned, so that one of the two sees a ball behind the other.
 ALONG_X = np.array([[0, 0, 1, 3], [1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 1.0]])
-BACKGROUND, SIZE, PIXELS = 0.8, 1.1, 32
+ALONG_Y = np.array([[1, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1.0]])
+BACKGROUND, SIZE, PIXELS = 0.8, 0.9, 32
 
 
-def steps(path: Path, name: str, world: np.ndarray, camera: np.ndarray, **more: Any) -> list[Any]:
+def steps(lamp: Path, name: str, world: np.ndarray, camera: np.ndarray, **more: Any) -> list[Any]:
     seen = camera.copy()
     return [
         ("empty", {"background": BACKGROUND}),
-        ("plux", {"path": str(path)}),
+        ("plux", {"path": str(lamp)}),
         ("place", {"name": name, "world": world.tolist()}),
         ("picture", {"camera": seen.tolist(), "size": SIZE, "pixels": PIXELS, **more}),
     ]
@@ -51,7 +52,7 @@ def test_a_lamp_is_seen_once_however_often_a_ray_crosses_it(
     lamp: Lamp, name: str, blender: Blender, tmp_path: Path
 ) -> None:
     path = lamp.write(tmp_path / f"{name}.plux")
-    asked, cameras = [], [facing(ASKEW, turned) for turned in (ALONG_X, np.eye(4), ALONG_X @ ASKEW @ np.diag([1 / 1.5, 1 / 1.5, 1 / 1.5, 1]))]
+    asked, cameras = [], [facing(ASKEW, turned) for turned in (np.eye(4), ALONG_X, ALONG_Y)]
     for number, camera in enumerate(cameras):
         asked += steps(path, name, ASKEW, camera, path=str(tmp_path / f"{number}.exr"))
     blender.run(*asked)
@@ -60,7 +61,7 @@ def test_a_lamp_is_seen_once_however_often_a_ray_crosses_it(
         expected = blender_lamps.view(opened, ASKEW, camera, SIZE, PIXELS, BACKGROUND)
         found = pixels(tmp_path / f"{number}.exr")
         known = np.isfinite(expected).all(-1) & (expected != BACKGROUND).any(-1)
-        assert known.sum() > 80
+        assert known.sum() > 50
         near = np.isclose(found, expected, rtol=2e-3, atol=1e-3).all(-1)
         assert near[known].mean() > 0.98, number  # Rounding may choose a neighbour's normal.
         outside = (expected == BACKGROUND).all(-1)
@@ -124,8 +125,6 @@ def by_surface(lamp: Luminaire, point: np.ndarray) -> np.ndarray:
     total = np.zeros_like(point)
     side, sphere = 160, lamp.manifest.bounding_sphere
     u = (np.stack(np.meshgrid(*[np.arange(side)] * 2), -1).reshape(-1, 2) + 0.5) / side
-    from purelight_format.measures import cap, cap_to_direction
-
     for k, here in enumerate(point):
         seen = cap(here[None], sphere)
         toward = np.asarray(cap_to_direction(u, cap(np.tile(here, (len(u), 1)), sphere)))
@@ -134,10 +133,3 @@ def by_surface(lamp: Luminaire, point: np.ndarray) -> np.ndarray:
         cosine = toward[hits.ray][:, 2:]
         total[k] = (radiance * cosine).sum(0) / len(u) * float(np.ravel(seen.solid_angle)[0])
     return total
-
-
-def test_irradiance_by_this_formula_is_that_of_the_runtime(tmp_path: Path) -> None:
-    lamp = Luminaire.open(blender_lamps.two_balls().write(tmp_path / "lamp.plux"))
-    assert not lamp.has("sampler")
-    inside = np.array([CENTRE])
-    assert irradiance(lamp, inside, np.array([[0, 0, 1.0]]), samples=64).shape == (1, 3)
