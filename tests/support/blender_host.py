@@ -50,8 +50,13 @@ class Blender:
             capture_output=True, text=True, timeout=SECONDS,
         )  # fmt: skip
         assert answer.exists(), done.stdout[-2000:] + done.stderr[-4000:]
+        (self.folder / "said.txt").write_text(done.stdout)
         results: list[Any] = json.loads(answer.read_text())
         return results[len(first) :]
+
+    def said(self) -> list[str]:
+        """The lines that the user was told in the last run."""
+        return (self.folder / "said.txt").read_text().splitlines()
 
 
 # What follows runs in Blender.
@@ -242,6 +247,20 @@ def rename() -> None:
             block.name = f"Größe {number}"
 
 
+def drop(name: str) -> None:
+    """Takes an object away."""
+    import bpy
+
+    bpy.data.objects.remove(bpy.data.objects[name])
+
+
+def engine(name: str) -> None:
+    """Chooses another renderer."""
+    import bpy
+
+    bpy.context.scene.render.engine = name
+
+
 def save(path: str) -> None:
     import bpy
 
@@ -262,21 +281,23 @@ def tables() -> list[str]:
     return [n.inputs["Tables"].default_value for n in nodes]
 
 
-def undo_and_redo() -> list[int]:
-    """Objects before an import is undone, after it, and after it is done again."""
+def undo_and_redo(path: str) -> list[int]:
+    """Objects before an import, after it, after it is undone, and after it is done again."""
     import bpy
 
-    found = [len(bpy.data.objects)]
-    for step in (bpy.ops.ed.undo, bpy.ops.ed.redo):
-        step()
+    window = bpy.context.window_manager.windows[0]
+    area = next(area for area in window.screen.areas if area.type == "VIEW_3D")
+    found = []
+    with bpy.context.temp_override(window=window, screen=window.screen, area=area):
+        bpy.ops.ed.undo_push(message="before")
         found.append(len(bpy.data.objects))
+        bpy.ops.import_scene.plux(filepath=path)
+        bpy.ops.ed.undo_push(message="import")
+        found.append(len(bpy.data.objects))
+        for step in (bpy.ops.ed.undo, bpy.ops.ed.redo):
+            step()
+            found.append(len(bpy.data.objects))
     return found
-
-
-def push() -> None:
-    import bpy
-
-    bpy.ops.ed.undo_push(message="before")
 
 
 def main() -> None:

@@ -41,6 +41,20 @@ def glass_ball(*, opaque: bool = False) -> Lamp:
     return _lamp(trimesh.creation.icosphere(subdivisions=3, radius=RADIUS), opaque)
 
 
+def gridded() -> Lamp:
+    """A ball whose light is read from a table of 80,000 numbers, which OSL has in a texture."""
+    graph = Graph("appearance")
+    position, *_ = (graph.input(n, 3) for n in ("position", "normal", "outgoing"))
+    turns = np.linspace(0, 6 * np.pi, 20_000)[:, None]
+    table = graph.constant((1 + 0.5 * np.sin(turns + np.arange(4))).astype(np.float32))
+    x = (graph.slice(position, 0, 1) - CENTRE[0]) * (1 / RADIUS)
+    row = graph.cast(graph.clip((x * 0.5 + 0.5) * 19_999.0, 0.0, 19_999.0), np.int64)
+    found = graph.reshape(graph.gather(table, row), 4)
+    graph.output("radiance", graph.slice(found, 0, 3) * COLOUR)
+    ball = glass_ball(opaque=True)
+    return Lamp(ball.surface, {"appearance": graph.to_bytes()}, ball.flux)
+
+
 def _lamp(mesh: trimesh.Trimesh, opaque: bool) -> Lamp:
     """With a stated flux that closes: that of evenly shining triangles."""
     networks = {"appearance": appearance()}

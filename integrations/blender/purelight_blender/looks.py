@@ -7,14 +7,12 @@ from typing import Any
 import bpy
 
 from . import ies_light
+from .looks_text import NOTE as NOTE
 from .scene import is_lamp, lamps
 
 STATE = "purelight_state"  # Of an object: the look that it has been given.
 CROSSINGS = 64  # Transparent bounces; Cycles has 8, and what is beyond is black.
 NETWORKS, SIMPLE = "networks", "simple"
-NOTE = (
-    "shown by a light of its IES file and a baked look: alike from all sides, right from afar only"
-)
 
 
 def obstacle(scene: Any) -> str:

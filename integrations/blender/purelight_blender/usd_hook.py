@@ -98,7 +98,7 @@ class Places:
             other.objects.link(made)
         made.parent = parent
         if frame is not None:
-            made.matrix_local = frame
+            made.matrix_basis = frame
         made[DIMMER] = dimmer
 
     def _read(self, prim: LuminairePrim) -> lamp.Lamp:
@@ -133,7 +133,7 @@ class Places:
         from pxr import UsdGeom
 
         local = UsdGeom.Xformable(self.stage.GetPrimAtPath(path)).GetLocalTransformation()
-        return light.matrix_local @ Matrix(local).transposed().inverted()
+        return light.matrix_basis @ Matrix(local).transposed().inverted()
 
 
 def _tell(text: str) -> None:
