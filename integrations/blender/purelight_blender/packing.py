@@ -63,7 +63,7 @@ def named_wheel(manifest: str) -> str:
 
 
 def _wheel(name: str) -> bytes:
-    files = {}
+    files: dict[str, bytes] = {}
     for package in NEEDED:
         folder = Path(str(import_module(package).__file__)).parent
         files |= {f"{package}/{inner}": data for inner, data in sources(folder).items()}
