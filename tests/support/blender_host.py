@@ -7,6 +7,7 @@ return is written as a list. `Blender.run` does so from a test.
 from __future__ import annotations
 
 import json
+import math
 import os
 import subprocess
 import sys
@@ -182,33 +183,80 @@ def floor(z: float, size: float) -> None:
     import bpy
 
     bpy.ops.mesh.primitive_plane_add(size=size, location=(0, 0, z))
-    material = bpy.data.materials.new("floor")
+    bpy.context.object.data.materials.append(_matt(0.5))
+
+
+def _matt(reflectance: float) -> Any:
+    import bpy
+
+    material = bpy.data.materials.new("matt")
     material.use_nodes = True
     tree = material.node_tree
     tree.nodes.clear()
     matt, out = (tree.nodes.new(f"ShaderNode{k}") for k in ("BsdfDiffuse", "OutputMaterial"))
-    matt.inputs["Color"].default_value = (0.5, 0.5, 0.5, 1)
+    matt.inputs["Color"].default_value = (*(3 * (reflectance,)), 1)
     tree.links.new(matt.outputs[0], out.inputs[0])
-    bpy.context.object.data.materials.append(material)
+    return material
+
+
+def box(world: Any, reflectance: float) -> None:
+    """A matt cube of edge 2, placed by a matrix; rays may be inside of it."""
+    import bpy
+    from mathutils import Matrix
+
+    bpy.ops.mesh.primitive_cube_add(size=2)
+    bpy.context.object.matrix_world = Matrix(world)
+    bpy.context.object.data.materials.append(_matt(reflectance))
+
+
+def plain(strength: float) -> None:
+    """Lets the first lamp shine evenly, by Blender's own emission."""
+    import bpy
+
+    mesh = next(mesh for mesh in bpy.data.meshes if "purelight_digest" in mesh)
+    for material in mesh.materials:
+        tree = material.node_tree
+        out = next(n for n in tree.nodes if n.type == "OUTPUT_MATERIAL" and n.target == "CYCLES")
+        emission = tree.nodes.new("ShaderNodeEmission")
+        emission.inputs["Strength"].default_value = strength
+        tree.links.new(emission.outputs[0], out.inputs["Surface"])
 
 
 def picture(
-    path: str, camera: Any, size: float, pixels: int, samples: int = 1, osl: bool = True
-) -> None:
-    """Renders through an orthographic camera, numbers as they are; one sample is mid-pixel."""
+    path: str,
+    camera: Any,
+    size: float,
+    pixels: int,
+    samples: int = 1,
+    osl: bool = True,
+    bounces: int = 0,
+    seed: int = 0,
+    fov: float = 0.0,
+) -> float:
+    """Renders, numbers as they are; one sample is mid-pixel. Returns seconds of the processor.
+
+    Arguments:
+        size: of what an orthographic camera sees; with a field of view in degrees, it is a
+            perspective one.
+    """
+    import time
+
     import bpy
     from mathutils import Matrix
 
     scene = bpy.context.scene
     seen = bpy.data.objects.new("eye", bpy.data.cameras.new("eye"))
     seen.data.type, seen.data.ortho_scale = "ORTHO", size
+    if fov:
+        seen.data.type, seen.data.angle = "PERSP", math.radians(fov)
     seen.data.clip_start, seen.data.clip_end = 1e-4, 1e4
     seen.matrix_world = Matrix(camera)
     scene.collection.objects.link(seen)
     scene.camera = seen
     cycles, render = scene.cycles, scene.render
     cycles.shading_system = osl
-    cycles.device, cycles.samples, cycles.max_bounces = "CPU", samples, 0
+    cycles.device, cycles.samples, cycles.max_bounces = "CPU", samples, bounces
+    cycles.diffuse_bounces, cycles.seed = bounces, seed
     cycles.min_transparent_bounces = 64  # No roulette.
     cycles.use_denoising = cycles.use_adaptive_sampling = False
     cycles.pixel_filter_type = "BOX"
@@ -219,8 +267,11 @@ def picture(
     scene.view_settings.view_transform = "Raw"
     render.image_settings.file_format, render.image_settings.color_depth = "OPEN_EXR", "32"
     render.filepath = path
+    start = time.process_time()
     bpy.ops.render.render(write_still=True)
+    seconds = time.process_time() - start
     bpy.data.cameras.remove(seen.data)
+    return seconds
 
 
 def collected(name: str, empty: str, location: Any) -> None:
