@@ -42,7 +42,7 @@ test-blender: $(READY)  ## the extension in Blender as a module; needs Python 3.
 	  { echo "error: Blender's module needs Python 3.11; name one with make PYTHON311=..." >&2; exit 1; }; \
 	  $(PYTHON311) -m venv out/bpy; }
 	out/bpy/bin/python -c 'import importlib.util as u, sys; sys.exit(not u.find_spec("bpy"))' || \
-	  out/bpy/bin/python -m pip install -c constraints.txt 'numpy<2' bpy
+	  out/bpy/bin/python -m pip install bpy==5.0.1
 	PURELIGHT_BPY_PYTHON=$(CURDIR)/out/bpy/bin/python $(BIN)/pytest tests/unit/blender tests/unit/shader/test_osl.py
 
 lint: $(READY)

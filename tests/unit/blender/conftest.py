@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from purelight_blender import packing
 
+from purelight_blender import packing
 from tests.support import osl_picture
 from tests.support.blender_host import Blender
 

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from purelight_blender import looks_text
 
+from purelight_blender import looks_text
 from tests.assets import bad
 from tests.support import analytic_lamps, blender_lamps, lamp
 from tests.support.analytic_lamps import CENTRE, RADIUS

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import trimesh
+
 from purelight_blender import convexity
 from purelight_blender.flux_bins import bins, moment
 

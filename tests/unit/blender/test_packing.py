@@ -12,8 +12,8 @@ import zipfile
 from pathlib import Path
 
 import pytest
-from purelight_blender import packing
 
+from purelight_blender import packing
 from tests.support import osl_picture
 
 ROOT = Path(__file__).parents[3]
