@@ -10,6 +10,7 @@ import numpy as np
 
 from purelight_format.errors import PureLightError
 from purelight_format.networks import denormals
+from purelight_format.networks.model import load
 from purelight_format.networks.operators import TYPES, Shape
 from purelight_format.networks.profile import NetworkCost, foretell
 
@@ -39,9 +40,7 @@ def evaluate(
     Raises:
         PureLightError: If the network is not of the profile, or an index leaves its table.
     """
-    import onnx
-
-    graph = onnx.load_from_string(model).graph
+    graph = load(model).graph
     rows = {name: np.asarray(array, dtype) for name, array in inputs.items()}
     shapes, floats = (
         _foretold(graph, rows) if cost is None else (cost.shapes, cost.floats_per_sample)
