@@ -11,6 +11,7 @@ import numpy as np
 
 from purelight_format.members.manifest import Manifest
 from purelight_format.members.surface import Surface
+from purelight_format.usd.guide import guide
 from purelight_format.usd.luminaires import LuminairePrim, luminaires
 from purelight_format.usd_schema import SCHEMA
 
@@ -41,7 +42,7 @@ def identifier(name: str) -> str:
 
 
 def layer_text(manifest: Manifest, surface: Surface, paths: Paths) -> str:
-    """Writes the layer: root Xform with the API, a fallback SphereLight, the exit surface.
+    """Writes the layer: root Xform with the API, a fallback SphereLight, a guide to the surface.
 
     The text is the same for the same arguments, and needs no USD library.
 
@@ -55,8 +56,8 @@ def layer_text(manifest: Manifest, surface: Surface, paths: Paths) -> str:
     """
     name = identifier(manifest.name)
     center, radius = manifest.bounding_sphere.center, manifest.bounding_sphere.radius
-    positions = np.asarray(surface.positions, np.float32).reshape(-1, 3)
-    extent = _tuples(np.stack((positions.min(0), positions.max(0))))
+    positions, triangles = guide(surface)
+    hint = _extent(np.asarray(surface.positions, np.float32).reshape(-1, 3))
     digest = f"\n    uniform string purelight:bundleDigest = {_quoted(paths.digest)}"
     return f"""#usda 1.0
 (
@@ -75,7 +76,7 @@ def Xform "{name}" (
     kind = "component"
 )
 {{
-    float3[] extentsHint = {extent}
+    float3[] extentsHint = {hint}
     uniform float4 purelight:boundingSphere = {_tuple((*center, radius))}
     uniform asset purelight:bundle = @{paths.bundle}@{digest if paths.digest else ""}
     float purelight:dimmer = 1
@@ -89,9 +90,9 @@ def Xform "{name}" (
     def Mesh "exit_surface"
     {{
         uniform bool doubleSided = 1
-        float3[] extent = {extent}
-        int[] faceVertexCounts = [{", ".join(["3"] * len(surface.triangles))}]
-        int[] faceVertexIndices = [{", ".join(map(str, surface.triangles.ravel().tolist()))}]
+        float3[] extent = {_extent(positions)}
+        int[] faceVertexCounts = [{", ".join(["3"] * len(triangles))}]
+        int[] faceVertexIndices = [{", ".join(map(str, triangles.ravel().tolist()))}]
         point3f[] points = {_tuples(positions)}
         uniform token purpose = "guide"
         uniform token subdivisionScheme = "none"
@@ -140,6 +141,11 @@ def _quoted(text: str) -> str:
 def _number(value: float) -> str:
     """The shortest text that reads back as the same float32."""
     return str(np.float32(value))
+
+
+def _extent(positions: np.ndarray) -> str:
+    """The box around positions [V, 3]."""
+    return _tuples(np.stack((positions.min(0), positions.max(0))))
 
 
 def _tuple(values: Any) -> str:

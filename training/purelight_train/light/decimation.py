@@ -13,6 +13,7 @@ from functools import cached_property
 
 import fast_simplification
 import numpy as np
+import trimesh
 from numpy.typing import NDArray
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
@@ -24,10 +25,12 @@ Index = NDArray[np.int64]
 TOLERANCE = 1e-3  # of the bounding sphere's radius: most that a surface may be moved
 ANGLE = 8.0  # degrees: most that a normal may be turned
 TURNED = 0.01  # of a piece's area, of what is smaller than the tolerance, may be turned further
-ROUNDS = 7  # of bisection for how many edges collapse
+LEFT = 0.02 * 1.3 ** np.arange(15)  # parts of a piece's triangles to try, the least first
+FEW = 16  # one in so many points is asked before all are
 LEAST = 32  # triangles of a piece that is worth simplifying
 AGGRESSIVENESS = 7.0  # of the library: how fast its thresholds grow
 NEIGHBOURS = 8
+MOST_EXACT = 100  # points that rays missed, whose distance is looked up
 START = 1e-2  # of the tolerance: how far behind a point its rays begin
 WAYS = np.array([
     [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1], [-1, 1, 1], [1, -1, 1], [1, 1, -1],
@@ -120,14 +123,16 @@ def decimated(
     reach, cosine = tolerance * surface.sphere.radius, float(np.cos(np.radians(angle)))
     owner, pieces = _pieces(surface, reach)
     judge = _Judge(surface, owner, reach, cosine)
-    low = np.zeros(len(pieces), np.int64)
-    high = np.array([len(piece.collapses) for piece in pieces])
-    for _ in range(ROUNDS):
-        middle = (low + high + 1) // 2
-        good = judge.accepts(*_joined(pieces, middle, reach), low < high)
-        low, high = np.where(good, middle, low), np.where(good, high, np.maximum(middle - 1, low))
-    low[~judge.accepts(*_joined(pieces, low, reach), low > 0)] = 0  # Judged beside others before.
-    return _dressed(*_joined(pieces, low, reach), surface, owner)
+    most = np.array([len(piece.collapses) for piece in pieces])
+    kept, asked = np.zeros(len(pieces), np.int64), most > 0
+    for left in LEFT:
+        counts = np.where(asked, most - (left * most).astype(np.int64), kept)
+        good = judge.accepts(*_joined(pieces, counts, reach), asked) & asked
+        kept, asked = np.where(good, counts, kept), asked & ~good
+        if not asked.any():
+            break
+    kept[~judge.accepts(*_joined(pieces, kept, reach), kept > 0)] = 0  # Each was beside others.
+    return _dressed(*_joined(pieces, kept, reach), surface, owner)
 
 
 def _pieces(surface: ExitSurface, reach: float) -> tuple[Index, list[_Piece]]:
@@ -183,12 +188,12 @@ class _Probes:
         np.add.at(middle, vertex, corners.mean(1)[:, None] - corners)
         edge = np.zeros(len(positions), bool)
         edge[vertex.reshape(-1)[_open_edges(vertex)[0]]] = True
-        positions = positions + 0.5 * reach * edge[:, None] * _unit(middle)
+        moved = positions + 0.5 * reach * edge[:, None] * _unit(middle)
         piece = np.zeros(len(mean), np.int64)
         piece[vertex] = owner[:, None]
         part = surface.triangle_area / np.bincount(owner, surface.triangle_area)[owner]
         return _Probes(
-            np.concatenate([corners.mean(1), positions]).astype(np.float32),
+            np.concatenate([corners.mean(1), moved]).astype(np.float32),
             np.concatenate([normal, _unit(mean)]).astype(np.float32),
             np.concatenate([owner, piece]),
             np.concatenate([part, np.zeros(len(mean))]),
@@ -198,7 +203,7 @@ class _Probes:
     def drawn(surface: ExitSurface, owner: Index, wanted: NDArray[np.bool_], most: int) -> _Probes:
         """Points of wanted pieces [P], at most so many, even by area, and one of each triangle."""
         area = surface.triangle_area * wanted[owner]
-        rng, count = np.random.default_rng(0), min(most, 3 * np.count_nonzero(area))
+        rng, count = np.random.default_rng(0), min(most, 3 * int(np.count_nonzero(area)))
         even = rng.choice(len(area), count, p=area / area.sum())
         triangle = np.concatenate([even, np.flatnonzero(area)])
         part = np.zeros(len(triangle))
@@ -214,6 +219,10 @@ class _Probes:
         names = ("position", "normal", "piece", "area")
         return _Probes(*(getattr(self, name)[chosen] for name in names))
 
+    def some(self, wanted: NDArray[np.bool_], every: int) -> _Probes:
+        """One in so many of the points of wanted pieces [P], less those."""
+        return self.take(wanted[self.piece] & (np.arange(len(self.piece)) % every == 0))
+
     def lost(self, other: ExitSurface, reach: float) -> NDArray[np.bool_]:
         """Which points have nothing of another surface within reach: [N].
 
@@ -226,6 +235,9 @@ class _Probes:
                 break
             along = np.broadcast_to(direction, self.position.shape)[index].astype(np.float32)
             left[index] = _nearest(other, self.position[index], along, reach)[0] > reach
+        index = np.flatnonzero(left)
+        if len(index) <= MOST_EXACT:  # More are no accident of rays.
+            left[index] = _distance(other, self.position[index], reach) > reach
         return left
 
     def turned(
@@ -268,21 +280,25 @@ class _Judge:
             owner: The piece of each triangle of the simpler surface.
         """
         good = np.ones(len(asked), bool)
-        for forth in (True, False):
-            wanted = asked & good
-            if not wanted.any():
-                break
-            if forth:
-                probes, other, of = self._probes, simple, owner
-                probes = probes.take(wanted[probes.piece])
-            else:
-                probes = _Probes.drawn(simple, owner, wanted, len(self.surface.triangles))
-                other, of = self.surface, self.owner
-            lost = probes.lost(other, self.reach)
-            turned = probes.turned(other, of, self.reach, self.cosine)
-            good &= np.bincount(probes.piece[lost], minlength=len(asked)) == 0
-            good &= np.bincount(probes.piece, probes.area * turned, len(asked)) <= TURNED
+        for every in (FEW, 1):
+            if not (asked & good).any():
+                return good
+            probes = self._probes.some(asked & good, every)
+            good &= self._finds(probes, simple, owner, len(asked))
+        if (asked & good).any():
+            count = len(self.surface.triangles)
+            probes = _Probes.drawn(simple, owner, asked & good, count)
+            good &= self._finds(probes, self.surface, self.owner, len(asked))
         return good
+
+    def _finds(
+        self, probes: _Probes, other: ExitSurface, owner: Index, pieces: int
+    ) -> NDArray[np.bool_]:
+        """Whose points find another surface near and facing as they do: [P]."""
+        lost = probes.lost(other, self.reach)
+        turned = probes.turned(other, owner, self.reach, self.cosine)
+        near = np.bincount(probes.piece[lost], minlength=pieces) == 0
+        return near & (np.bincount(probes.piece, probes.area * turned, pieces) <= TURNED)
 
 
 def _nearest(
@@ -301,6 +317,18 @@ def _nearest(
         index = hits.index[nearer]
         distance[index], triangle[index] = length[nearer], hits.triangle[nearer]
     return distance, triangle
+
+
+def _distance(other: ExitSurface, position: Float, reach: float) -> NDArray[np.float64]:
+    """The distance of points [N, 3] to a surface, infinite where it is beyond reach: [N]."""
+    result, corners = np.full(len(position), np.inf), other.positions[other.triangles]
+    low, high = corners.min(1) - reach, corners.max(1) + reach
+    for index, point in enumerate(position):
+        near = corners[((low <= point) & (point <= high)).all(1)].astype(np.float64)
+        if len(near):
+            closest = trimesh.triangles.closest_point(near, np.tile(point, (len(near), 1)))
+            result[index] = np.linalg.norm(closest - point, axis=1).min()
+    return result
 
 
 def _unit(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
