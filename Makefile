@@ -4,10 +4,13 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/purelight-ready
 
-.PHONY: demo test test-all test-matrix test-node lint docs bench
+.PHONY: demo gallery test test-all test-matrix test-node test-web web lint docs bench
 
 demo: $(READY)  ## train, export and render a lamp; the report lands in out/demo
 	$(BIN)/purelight-demo --output out/demo
+
+gallery: $(READY)  ## every lamp and room of the examples; look at out/gallery/gallery.html
+	$(BIN)/purelight-gallery --output out/gallery
 
 test: $(READY)  ## the quick tests
 	$(BIN)/pytest -n auto --maxprocesses 4 --dist loadfile -m "not slow"
@@ -21,6 +24,14 @@ test-matrix:  ## the quick tests on every Python that is installed, each in its 
 test-node: $(READY)  ## the conformance suite against the host in JavaScript; needs Node.js and npm
 	npm ci --ignore-scripts --prefix examples/hosts/node
 	$(BIN)/pytest tests/conformance/test_hosts.py -k another_language
+
+web:  ## the page of `purelight-view --web`, built anew; needs Node.js and npm
+	npm ci --ignore-scripts --prefix web
+	npm run build --prefix web -- $(CURDIR)/runtimes/onnx/purelight_onnx/page.html
+
+test-web: $(READY)  ## the page in a headless Chromium; needs Node.js, npm and chromium
+	npm ci --ignore-scripts --prefix web
+	$(BIN)/pytest tests/unit/web
 
 lint: $(READY)
 	$(BIN)/ruff check .

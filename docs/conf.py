@@ -40,8 +40,8 @@ myst_heading_anchors = 3
 suppress_warnings = ["myst.header"]  # The spec's pages are also read without this site.
 
 SPEC = (
-    "measures", "plux", "onnx_profile", "usd", "conformance", "EXAMPLE", "ATTACKS", "ISSUES",
-    "SECURITY",
+    "measures", "plux", "finishes", "onnx_profile", "usd", "conformance", "EXAMPLE", "ATTACKS",
+    "ISSUES", "SECURITY",
 )  # fmt: skip
 
 # Notebooks show what the lamp of `make demo` gives, if it has been made.

@@ -72,7 +72,7 @@ class Bundle:
 
     def surface(self) -> Surface:
         """Returns the exit surface."""
-        return Surface.from_members(self.read)
+        return Surface.from_members(self.read, finish_count=len(self.manifest.finishes))
 
     def vectors(self, network: str) -> Vectors:
         """Returns the golden vectors of a network."""
@@ -138,7 +138,8 @@ def _layer(manifest: Manifest, members: Mapping[str, bytes]) -> dict[str, bytes]
     name = f"{asset_layer.identifier(manifest.name)}.usda"
     photometry = f"./{PHOTOMETRY}" if PHOTOMETRY in members else ""
     paths = asset_layer.Paths(f"./{MANIFEST}", f"./{name}", photometry=photometry)
-    surface = Surface.from_members(members.__getitem__)
+    count = len(manifest.finishes)
+    surface = Surface.from_members(members.__getitem__, finish_count=count)
     return {name: asset_layer.layer_text(manifest, surface, paths).encode()}
 
 

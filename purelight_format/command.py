@@ -7,7 +7,9 @@ import io
 import math
 import os
 import sys
-from collections.abc import Callable
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import NoReturn
 
 from purelight_format.errors import PureLightError
@@ -79,9 +81,29 @@ def _run(name: str, action: Callable[[], int]) -> int:
     return FAULT
 
 
+def note(name: str, text: str) -> None:
+    """Prints one line about something that was done otherwise than one might think."""
+    print(f"{name}: note: {plain(text, LONGEST)}", file=sys.stderr)
+
+
 def warn(name: str, text: str) -> None:
     """Prints one line about something that the user should know."""
     print(f"{name}: warning: {plain(text, LONGEST)}", file=sys.stderr)
+
+
+@contextmanager
+def told(name: str) -> Iterator[None]:
+    """Prints Python's warnings as one line each, and none twice."""
+    shown: set[str] = set()
+
+    def show(message: Warning | str, *_: object, **__: object) -> None:
+        if str(message) not in shown:
+            shown.add(str(message))
+            warn(name, str(message))
+
+    with warnings.catch_warnings():
+        warnings.showwarning = show
+        yield
 
 
 def _say(name: str, text: str) -> None:

@@ -165,6 +165,11 @@ _TABLE = (
     Code("PLX_MANIFEST_MEMBER_UNLISTED", "the manifest does not list this member", "plux.md#m11"),
     Code("PLX_MANIFEST_DIGEST_MISMATCH", "the {what} differs from the manifest's", "plux.md#m12"),
     Code("PLX_MANIFEST_COST_MISMATCH", "the manifest says {stated}, it is {actual}", "plux.md#m13"),
+    Code("PLX_MANIFEST_VERDICT", "fidelity.verdict is not in the form of M15; it is ignored",
+         "plux.md#m15", W),
+    Code("PLX_MANIFEST_FINISH_COUNT", "{count} finishes, at most {limit}", "plux.md#f1"),
+    Code("PLX_MANIFEST_FINISH_ENERGY", "it reflects and lets through {total:.6} of the light",
+         "plux.md#f2"),
     # Networks
     Code("PLX_ONNX_TOO_LARGE", "{what}: {size}, at most {limit}", "onnx_profile.md#n1"),
     Code("PLX_ONNX_PARSE", "these bytes are no ONNX model", "onnx_profile.md#n2"),
@@ -209,6 +214,8 @@ _TABLE = (
     Code("PLX_SURFACE_FLUX_CLOSURE",
          "the triangles' flux in channel {channel} is {ratio:.4} of the manifest's",
          "plux.md#s4", W),
+    Code("PLX_SURFACE_FINISH", "a side of triangle {triangle} has a finish that is none of {count}",
+         "plux.md#f3"),
     # The USD layer
     Code("PLX_USD_NOT_FIRST", "the first member must be the only USD layer", "usd.md#u1"),
     Code("PLX_USD_SYNTAX", "no readable layer: {what}", "usd.md#u2"),

@@ -38,6 +38,7 @@ class Limits:
         array_bytes: an exit surface is a lamp's skin, not a scanned statue: 5 million vertices;
             64 golden maps in float64 take 393 kB.
         crowding: triangles that a ray may have to be tested against; a lamp has about five.
+        finishes: materials that can be seen of a lamp; a chandelier has ten.
         vectors: golden vectors per network.
         golden_milliseconds: work of all golden vectors together, which a validator evaluates.
         layer_bytes: the USD layer holds the exit mesh as text.
@@ -68,6 +69,7 @@ class Limits:
     sample_nanoseconds: int = 2_000_000
     array_bytes: int = 64 * MIB
     crowding: int = 1024
+    finishes: int = 64
     vectors: int = 1024
     golden_milliseconds: int = 2000
     layer_bytes: int = 128 * MIB

@@ -15,6 +15,11 @@ def encode(linear: np.ndarray) -> np.ndarray:
     return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
 
 
+def decode(code: np.ndarray) -> np.ndarray:
+    """Inverse of `encode`."""
+    return np.where(code <= 0.04045, code / 12.92, ((code + 0.055) / 1.055) ** 2.4)
+
+
 def exposure(image: np.ndarray) -> float:
     """Stops that bring the brightest hundredth of the lit pixels to white."""
     luminance = image @ LUMINANCE
@@ -22,10 +27,14 @@ def exposure(image: np.ndarray) -> float:
     return float(-np.log2(np.percentile(lit, 99))) if lit.size else 0.0
 
 
+def tone(image: np.ndarray, stops: float) -> np.ndarray:
+    """`1 - exp(-1.5 L 2^stops)`, in 0 .. 1, so that highlights keep their colour longer."""
+    return 1 - np.exp(-1.5 * 2.0**stops * np.maximum(image.astype(np.float64), 0))
+
+
 def png(image: np.ndarray, stops: float | None = None) -> bytes:
-    """Encodes `1 - exp(-1.5 L 2^stops)` as sRGB, so that highlights keep their colour longer."""
-    gain = 2.0 ** (exposure(image) if stops is None else stops)
-    return plain_png(1 - np.exp(-1.5 * gain * np.maximum(image.astype(np.float64), 0)))
+    """Encodes the toned picture as sRGB."""
+    return plain_png(tone(image, exposure(image) if stops is None else stops))
 
 
 def plain_png(image: np.ndarray) -> bytes:

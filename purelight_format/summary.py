@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from textwrap import wrap
 from typing import Any
 
 import numpy as np
@@ -13,10 +14,14 @@ from purelight_format.issues import plain
 from purelight_format.members import manifest
 from purelight_format.members.fidelity import fidelity_words
 from purelight_format.networks.kinds import KINDS
+from purelight_format.networks.tiers import TIERS
 from purelight_format.srgb import encode
+from purelight_format.verdict.figures import read
+from purelight_format.verdict.words import judge
 
 ABILITIES = {name: kind.ability for name, kind in KINDS.items() if kind.ability}
 WIDTH = 14
+FOLD = 100
 LONGEST = 9  # Lines for each open-ended table, so that all fits on one screen.
 
 
@@ -42,6 +47,8 @@ def summary_text(bundle: Bundle) -> str:
         f"{_size(len(bundle.data))}",
         *_lamp(bundle),
         *_networks(bundle),
+        *([] if about.tier is None else [_line("tier", _tier(about.tier))]),
+        *_verdict(about),
         *_table("faithful", _fidelity(about)),
         *_table("made from", list(_flatten("", about.provenance))),
         _line("digest", bundle.digest),
@@ -95,9 +102,32 @@ def _network(bundle: Bundle, name: str) -> str:
     )
 
 
+def _verdict(about: manifest.Manifest) -> list[str]:
+    """What its maker found, in words; nothing if it does not say."""
+    found = read(about.fidelity.get("verdict"))
+    if found is None:
+        return []
+    lines = ["says its maker:", *judge(found, about.provenance).lines]
+    folded = [part for line in lines for part in wrap(line, FOLD, subsequent_indent="  ")]
+    return [_line("verdict" if k == 0 else "", text) for k, text in enumerate(folded)]
+
+
+def _tier(name: str) -> str:
+    """A tier, and what it says of the lamp."""
+    known = TIERS.get(name)
+    if known is None:
+        return f"{plain(name, 64)}, of which this version knows nothing"
+    return (
+        f"{known.name}: at most {known.macs:,} multiply-adds (a map {known.map_macs:,}), "
+        f"layers of {known.multiple}; for any GPU"
+    )
+
+
 def _fidelity(about: manifest.Manifest) -> list[str]:
-    """Known figures in words, others as they are."""
+    """Known figures in words, others as they are; not those of the verdict."""
     said, others = fidelity_words(about)
+    if read(others.get("verdict")) is not None:
+        del others["verdict"]
     return [*said, *_flatten("", others)]
 
 

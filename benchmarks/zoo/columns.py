@@ -97,8 +97,7 @@ def _path_traced(record: Record) -> Value:
 
 
 def _training(record: Record) -> Value:
-    seconds = record.figures("train").get("seconds")
-    return sum(seconds.values()) if seconds else None
+    return record.stages.get("train", {}).get("seconds")
 
 
 def _total(record: Record) -> Value:
@@ -113,6 +112,9 @@ COLUMNS = (
     Column("floor, fast", "+.3f", at("floor", "fast", "mean"), bar=0.03),
     Column("(fast, abs)", ".3f", at("floor", "fast", "mean_absolute_over_mean"), bar=0.05),
     Column("(noise)", ".3f", at("floor", "truth_noise")),
+    Column("says ±", ".3f", at("train", "verdict", "accurate", "within")),
+    Column("says ±, fast", ".3f", at("train", "verdict", "fast", "within")),
+    Column("detail kept", ".2f", at("train", "verdict", "look", "detail"), less),
     Column("own size", "+.3f", at("floor", "at_own_size")),
     Column("floor, Mitsuba", "+.3f", _independent),
     Column("tracer, Mitsuba", "+.3f", _tracers),

@@ -27,8 +27,8 @@ class Record:
 
     Arguments:
         lamp: its description; `key`: of its files and of what is spent on it.
-        stages: by name: seconds, code, and `figures`, or why there are none (`refused` by a stage
-            in its own words, or `failed`).
+        stages: by name: processor seconds, code, and `figures`, or why there are none
+            (`refused` by a stage in its own words, or `failed`).
         warnings: each once.
         running: the stage that has begun.
     """

@@ -264,12 +264,17 @@ FAULTS: dict[str, Make] = {
     "PLX_MANIFEST_FLUX_INVALID": edited("channels", [True, True, False]),
     "PLX_MANIFEST_SCALE_INVALID": edited("radiance_scale", 0),
     "PLX_MANIFEST_RMAX_INVALID": edited("r_max", 1),
+    "PLX_MANIFEST_FINISH_ENERGY": edited(
+        "finishes",
+        [{"name": "chalk", "base_color": [1, 1, 1], "diffuse_transmission": [0.5, 0.5, 0.5]}],
+    ),
     "PLX_MANIFEST_NETWORK_MISSING": edited("networks", {}),
     "PLX_MANIFEST_NETWORK_UNKNOWN": edited(
         "networks/polarisation",
         {"member": members.network("polarisation"), "macs_per_sample": 1,
          "floats_per_sample": 1, "bytes": 1},
     ),
+    "PLX_MANIFEST_VERDICT": edited("fidelity/verdict", {"photons": "many"}),
     "PLX_MANIFEST_MEMBER_MISSING": edited("members/lost", {"size": 0, "sha256": "0" * 64}),
     "PLX_MANIFEST_MEMBER_UNLISTED": unlisted,
     "PLX_MANIFEST_DIGEST_MISMATCH": edited("members/plain.usda/sha256", "0" * 64),

@@ -42,6 +42,7 @@ SIGMAS = 5.0
 NOTHING: Mapping[str, Any] = MappingProxyType({})
 SMALL_OUTPUTS = {  # What counts as small, where that is neither zero nor the radiance scale.
     "transmittance": 1.0, "toward": 1.0, "tangent": 1.0, "bitangent": 1.0, "axis": 1.0,
+    "reflected": 1.0, "mirrored": 1.0, "spread": 1.0, "straight": 1.0,
     "disk": 1.0, "u": 1.0, "inside": 1.0, "outside": 1.0,
 }  # fmt: skip
 HARD = {
@@ -65,6 +66,7 @@ class Cases:
         yield from self._networks()
         yield from self._frames()
         yield from self._caps()
+        yield from self._finishes()
         yield from self._instances()
         yield from self._composites()
         yield from self._estimators()
@@ -134,6 +136,7 @@ class Cases:
                 if rows < 2 or network in ("appearance", "sampler"):
                     yield self._set(f"{rows}-rows", network, network, "wild", wish, rows=rows,
                                     refusal=ALLOWED)  # fmt: skip
+        yield self._of_network("finished", "appearance", 16, "OVERSTRICT")
         for name, flag in (("compass", "AXIS_ORDER"), ("paint", "CHANNEL_ORDER")):
             yield self._of_network(name, "appearance", 16, flag)
             yield self._of_network(name, "fast_map", 4, "MAP_ORDER" if name == "compass" else flag)
@@ -210,6 +213,28 @@ class Cases:
         wish = Wish({"point": point, "toward": -view.axis}, {"BEHIND": ALL}, count=16)
         yield self._set(f"behind-{name}", "cap", "direction_to_cap", "", wish,
                         compared=("inside",), parameters=given)  # fmt: skip
+
+    # Finishes
+
+    def _finishes(self) -> Iterator[VectorSet]:
+        """Light from all around, near the mirror direction, and grazing; both sides of normals."""
+        rng, count = np.random.default_rng(12), 160
+        normal, outgoing = directions(count, rng), directions(count, rng)
+        outgoing[::8] -= 0.97 * cosine(outgoing, normal)[::8, None] * normal[::8]
+        incoming, through = directions(count, rng), rng.random((count, 3))
+        mirror = 2 * cosine(outgoing, normal)[:, None] * normal - outgoing
+        incoming[::3] = mirror[::3] + 0.2 * incoming[::3]
+        outgoing, incoming = (
+            v / np.linalg.norm(v, axis=1, keepdims=True) for v in (outgoing, incoming)
+        )
+        near, far = cosine(outgoing, normal), cosine(incoming, normal)
+        inputs = {"normal": normal, "outgoing": outgoing, "incoming": incoming}
+        clear = np.minimum(np.abs(near), np.abs(far)) > 1e-3
+        wish = Wish(inputs | {"transmittance": through}, {"FINISH": ALL}, clear, 32)
+        for name, finish in lamps.FINISHES.items():
+            yield self._set(
+                name, "finishes", "finish", "", wish, parameters={"finish": finish.to_json()}
+            )
 
     # Instances
 

@@ -16,6 +16,7 @@ FLAGS = {
     "DISTRIBUTION": "directions that do not follow the density that the host itself states",
     "FAINT": "an absolute threshold that a lamp of 10⁻⁶ times the usual power falls below",
     "FAR": "overflow or a lost angle at 10⁵ radii and more",
+    "FINISH": "what a finish reflects or lets through computed otherwise",
     "GOLDEN": "a network evaluated wrongly: the bundle's own vectors",
     "GRAZING": "directions along the surface treated as hidden, or normalised by their cosine",
     "INSIDE": "the sampler used inside the bounding sphere, where it serves nobody",

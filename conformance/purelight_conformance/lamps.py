@@ -14,6 +14,7 @@ from purelight_conformance.networks import Emission
 from purelight_format import bundle, members
 from purelight_format.bundle import Bundle
 from purelight_format.measures import BoundingSphere, frame
+from purelight_format.members.finishes import NONE, Finish
 from purelight_format.members.manifest import Manifest, NetworkInfo
 from purelight_format.members.surface import Surface
 from purelight_format.networks.golden import golden_vectors
@@ -33,11 +34,13 @@ class Lamp:
         make: the networks from what they are made of.
         emission: sphere, radiance and seed.
         keep: the networks that the bundle carries; all if empty.
+        finishes: what it is made of, in turn from triangle to triangle; nothing is said if empty.
     """
 
     make: Callable[[Emission], Mapping[str, bytes]]
     emission: Emission
     keep: tuple[str, ...] = ()
+    finishes: tuple[Finish, ...] = ()
 
     def write(self, path: Path) -> Bundle:
         """Writes the lamp as a valid bundle."""
@@ -46,7 +49,9 @@ class Lamp:
         unit = max(emission.scale) or 1.0
         flux = np.array(emission.scale) * math.pi * surface.area().sum()
         share = surface.area()[:, None] / surface.area().sum() * flux
-        surface = Surface(surface.positions, surface.triangles, share.astype(np.float32))
+        surface = Surface(
+            surface.positions, surface.triangles, share.astype(np.float32), self._sides(surface)
+        )
         infos, content = {}, surface.to_members()
         for name, model in self.make(emission).items():
             if self.keep and name not in self.keep:
@@ -56,9 +61,18 @@ class Lamp:
         sphere = emission.sphere
         manifest = Manifest(
             path.stem, sphere, _triple(flux), unit, emission.r_max, (red, green, blue), infos,
-            provenance={"made_by": "purelight-conformance"},
+            provenance={"made_by": "purelight-conformance"}, finishes=self.finishes,
         )  # fmt: skip
         return bundle.write(path, manifest, content)
+
+    def _sides(self, surface: Surface) -> np.ndarray | None:
+        """A finish for each side of each triangle, and none for the last."""
+        count = len(self.finishes)
+        if not count:
+            return None
+        sides = np.arange(2 * len(surface.triangles)).reshape(-1, 2) % count
+        sides[-1] = NONE
+        return sides.astype(np.uint8)
 
     def _golden(
         self, network: str, model: bytes, surface: Surface, unit: float
@@ -112,11 +126,29 @@ SMALL = BoundingSphere((0.0, 0.0, 0.0), 0.001)  # At the origin, its centre can 
 LARGE = BoundingSphere((300.0, -200.0, 100.0), 1000.0)
 NO_MAP = ("appearance", "transparency", "sampler", "sampler_pdf")
 
+FINISHES = {
+    "matt": Finish("matt", (0.7, 0.5, 0.2), ior=1.0),
+    "plastic": Finish("plastic", (0.1, 0.4, 0.8), roughness=0.0, specular_color=(0.8, 0.9, 1.0)),
+    "satin": Finish("satin", (0.6, 0.6, 0.5), roughness=0.6, ior=1.8),
+    "mirror": Finish("mirror", (0.9, 0.8, 0.7), metalness=1.0, roughness=0.01),
+    "copper": Finish(
+        "copper", (0.95, 0.64, 0.54), metalness=1.0, roughness=0.45, specular_color=(1.0, 0.9, 0.8)
+    ),
+    "patina": Finish("patina", (0.6, 0.5, 0.3), metalness=0.4, roughness=0.5, ior=1.3),
+    "pane": Finish("pane", (0.0, 0.0, 0.0), roughness=0.0, opacity=0.0, thin_walled=True),
+    "frost": Finish(
+        "frost", (0.1, 0.12, 0.14), roughness=0.6, opacity=0.2, smooth=True, spread=0.9,
+        spread_exponent=2.5, diffuse_transmission=(0.05, 0.1, 0.15),
+    ),
+}  # fmt: skip
 LAMPS = {
     "wild": Lamp(networks.wild, Emission(SPHERE, _scaled(1.0))),
     "compass": Lamp(networks.compass, Emission(SPHERE, _scaled(1.0, 1, 1, 1))),
     "paint": Lamp(networks.paint, Emission(SPHERE, (3.0, 2.0, 1.0))),
     "plain": Lamp(networks.compass, Emission(SPHERE, _scaled(1.0)), ("appearance",)),
+    "finished": Lamp(
+        networks.compass, Emission(SPHERE, _scaled(1.0)), ("appearance",), tuple(FINISHES.values())
+    ),
     "red": Lamp(networks.wild, Emission(SPHERE, _scaled(1.0, 1, 0, 0))),
     "black": Lamp(networks.wild, Emission(SPHERE, _scaled(0.0))),
     "faint": Lamp(networks.wild, Emission(SPHERE, _scaled(1e-6)), NO_MAP),

@@ -12,10 +12,13 @@ from typing import Any
 
 import numpy as np
 
-from purelight_format import measures, members
+from purelight_format import measures, members, reflection
 from purelight_format.bundle import Bundle
 from purelight_format.measures import BoundingSphere, Cap, Placement
+from purelight_format.members import finishes
+from purelight_format.members.finishes import Finish
 from purelight_format.members.manifest import Manifest
+from purelight_format.members.manifest_reader import Reader
 from purelight_format.members.surface import Surface
 from purelight_format.networks import reference
 from purelight_format.networks.golden import shaken
@@ -83,6 +86,10 @@ class Query:
         return BoundingSphere((x, y, z), given["radius"])
 
     @property
+    def finish(self) -> Finish:
+        return finishes.read(Reader(self.parameters["finish"], "finish"))
+
+    @property
     def seen(self) -> Cap[np.ndarray]:
         """The cap that `point` sees."""
         return measures.cap(self["point"], self.sphere)
@@ -127,6 +134,11 @@ def _direction_to_cap(ask: Query) -> Arrays:
 
 def _area_to_solid_angle(ask: Query) -> Arrays:
     return {"pdf_solid_angle": measures.area_to_solid_angle(**ask.inputs)}
+
+
+def _finish(ask: Query) -> Arrays:
+    """Eqs. 14 to 22."""
+    return vars(reflection.answer(ask.finish, **ask.inputs))
 
 
 # Networks, alone and in the world
@@ -316,6 +328,11 @@ OPERATIONS = {
     ),
     "area_to_solid_angle": Operation(
         POINT | {"position": (3,), "normal": (3,), "pdf_area": ()}, PDF, _area_to_solid_angle
+    ),
+    "finish": Operation(
+        {"normal": (3,), "outgoing": (3,), "incoming": (3,), "transmittance": (3,)},
+        {"reflected": (3,), "mirrored": (3,), "spread": (3,), "straight": (3,)},
+        _finish, parameters=("finish",),
     ),
     "instance_radiance": Operation(
         SURFACE, {"radiance": (3,)}, _instance_radiance, ("appearance",), INSTANCE

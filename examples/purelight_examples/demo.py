@@ -9,7 +9,7 @@ from importlib import metadata
 from pathlib import Path
 
 from purelight_examples import demo_report, rendering
-from purelight_examples.luminaires import crystal, filament_bulb, frosted_globe
+from purelight_examples.luminaires.catalog import CATALOG
 from purelight_examples.luminaires.lamp_scene import write_xml
 from purelight_examples.scenes import room
 from purelight_examples.scenes.lamp_choice import LampChoice, NeuralLamp, RealLamp, SphereLamp
@@ -20,14 +20,15 @@ from purelight_format.bundle import Bundle
 from purelight_format.camera import Camera
 from purelight_format.errors import PureLightError
 from purelight_mitsuba import platform
+from purelight_onnx import web_page
 from purelight_onnx.luminaire import Luminaire
 from purelight_onnx.picture import write_exr
 from purelight_onnx.viewer import render as view
 from purelight_train import cli as train_cli
 
-LAMPS = {"frosted_globe": frosted_globe, "filament_bulb": filament_bulb, "crystal": crystal}
 # Light tracing joins rough glass to the camera; only a path tracer sees through clear glass
 VIEWED_BY = {"frosted_globe": "ptracer", "filament_bulb": "path", "crystal": "path"}
+LAMPS = {name: CATALOG[name].lamp for name in VIEWED_BY}
 
 
 ROOM_PICTURE = room.Picture(288, 216, 64)
@@ -86,7 +87,8 @@ class Demo:
                         "room_plain.exr"),
             self._stage("path", "Path tracing the real lamp for the same time", 25, {},
                         real("path"), "room_path.exr"),
-            self._stage("report", "Writing the report", 2, {}, self._report, "report.html"),
+            self._stage("report", "Writing the report", 2, {}, self._report, "report.html",
+                        demo_report.PAGE),
         ]  # fmt: skip
 
     @property
@@ -151,7 +153,9 @@ class Demo:
         return {"spp": traced.spp, "noise": traced.noise()}
 
     def _report(self, done: dict[str, Record]) -> Figures:
-        demo_report.write(self.folder, self.lamp, done, Bundle.open(self.bundle).manifest)
+        lamp = Bundle.open(self.bundle)
+        web_page.write(self.folder / demo_report.PAGE, lamp)
+        demo_report.write(self.folder, self.lamp, done, lamp.manifest)
         return {}
 
     # Pieces

@@ -5,15 +5,19 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-import OpenEXR
 
+from purelight_examples.exr import read_exr
 from purelight_examples.rendering import Image, errors
 from purelight_examples.stages import Record, duration
 from purelight_format import atomic
 from purelight_format.members.manifest import Manifest
 from purelight_format.srgb import png
-from purelight_train.report.grading import Grade, exposure, heat, white_balance
-from purelight_train.report.page import Row, Shot, Table, Wipe, write_page
+from purelight_format.verdict.figures import read
+from purelight_format.verdict.words import judge
+from purelight_train.report.difference import shown, shown_scale
+from purelight_train.report.grading import Grade, exposure, white_balance
+from purelight_train.report.page import Cover, Link, Row, Shot, Table, Wipe, write_page
+from purelight_train.truth.picture import means
 
 METHODS = {
     "path": "Path tracing, same time",
@@ -22,7 +26,12 @@ METHODS = {
     "reference": "Reference, light traced",
 }
 DETAIL = (slice(0.55, 0.86), slice(0.42, 0.73))  # rows and columns, as parts of the picture
-HEAT_WHITE = 0.5
+BLOCK = 4  # pixels a side, over which errors are shown
+PAGE = "lamp.html"
+OWN_PAGE = Link(
+    "Turn it yourself",
+    "The lamp, in a page that opens from disk and needs no network:", PAGE, "open the lamp",
+)  # fmt: skip
 
 
 def write(folder: Path, lamp: str, done: dict[str, Record], manifest: Manifest) -> None:
@@ -31,11 +40,13 @@ def write(folder: Path, lamp: str, done: dict[str, Record], manifest: Manifest) 
     seen = {name: read_exr(folder / f"lamp_{name}.exr") for name in ("asset", "reference")}
     gains = white_balance(manifest.flux)
     grade = Grade(gains, exposure(room["reference"] * gains, 90))
-    sections: list[Row | Wipe | Table] = [
+    sections: list[Cover | Row | Wipe | Table | Link] = [
+        *_cover(manifest),
         Wipe(_shot(grade, "path", room), _shot(grade, "accurate", room)),
+        OWN_PAGE,
         _room_row(grade, room, done),
         _detail_row(grade, room),
-        _error_row(room),
+        _error_row(grade, room),
         _lamp_row(gains, seen, done),
         _cost_table(done),
         _network_table(manifest, done),
@@ -49,15 +60,18 @@ def write(folder: Path, lamp: str, done: dict[str, Record], manifest: Manifest) 
     write_page(folder / "report.html", title, _lead(done, manifest), sections)
 
 
+def _cover(manifest: Manifest) -> list[Cover]:
+    """The lamp's verdict, if there is one."""
+    found = read(manifest.fidelity.get("verdict"))
+    if found is None:
+        return []
+    told = judge(found, manifest.provenance)
+    return [Cover(told.caption, told.lines)]
+
+
 def prefixed(prefix: str, images: dict[str, Image]) -> list[tuple[str, Image]]:
     """Pictures by the name of their file."""
     return [(f"{prefix}_{name}", image) for name, image in images.items()]
-
-
-def read_exr(path: Path) -> Image:
-    """A picture [H, W, 3]."""
-    with OpenEXR.File(str(path)) as file:
-        return np.asarray(file.channels()["RGB"].pixels, dtype=np.float64)
 
 
 def _lead(done: dict[str, Record], manifest: Manifest) -> str:
@@ -115,15 +129,27 @@ def crop(image: Image) -> Image:
     return image[rows, columns]
 
 
-def _error_row(room: dict[str, Image]) -> Row:
-    reference = room["reference"]
-    floor = 0.01 * reference.mean()
-    shots = []
-    for name in ("path", "accurate", "fast"):
-        error = (np.abs(room[name] - reference) / (reference + floor)).mean(-1)
-        shots.append(Shot(METHODS[name], heat(error, HEAT_WHITE)))
-    text = f"Relative error of each pixel, white from {100 * HEAT_WHITE:.0f} %; noise is grainy."
+def _error_row(grade: Grade, room: dict[str, Image]) -> Row:
+    """Differences as shown, of means over squares of pixels, on one scale."""
+    true = grade.shown(blocks(room["reference"]))
+    apart = {n: grade.shown(blocks(room[n])) - true for n in ("path", "accurate", "fast")}
+    scale = shown_scale(np.stack(list(apart.values())))
+    end = f"{100 * scale:.0f} % of white"
+    shots = [
+        Shot(METHODS[name], shown(np.kron(each, np.ones((BLOCK, BLOCK))), scale), scale=end)
+        for name, each in apart.items()
+    ]
+    text = (
+        f"By how much {BLOCK}x{BLOCK} pixels are too bright (warm) or too dark (blue) as shown "
+        "here, in parts of white; the reference's own noise is in it, and noise is grainy."
+    )
     return Row("Where the error is", text, shots)
+
+
+def blocks(image: Image) -> Image:
+    """Means over squares of pixels; what is left over at the border is cut off."""
+    height, width = (side // BLOCK * BLOCK for side in image.shape[:2])
+    return means(image[:height, :width], BLOCK)
 
 
 def _lamp_row(

@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Sequence
 from pathlib import Path
 
-from purelight_export.export import export
+from purelight_export.export import IES, PHOTOMETRIC, export
 from purelight_export.parts import CHOICES
 from purelight_format import command
 
@@ -22,6 +22,7 @@ def _export(options: argparse.Namespace) -> int:
     written = export(
         options.run, options.output, networks=options.networks,
         compact=options.precision == "compact", name=options.name, lumens=options.lumens,
+        photometry=options.photometry,
     )  # fmt: skip
     for path in written:
         print(f"{path}  {path.stat().st_size / 1e6:.2f} MB")
@@ -34,6 +35,8 @@ def _parser() -> command.Parser:
     add("run", type=Path, help="a run directory of purelight-train")
     add("--output", type=Path, required=True, help="lamp.plux; .usda and .ies go beside it")
     add("--networks", type=_networks, default=CHOICES, help=",".join(CHOICES))
+    add("--photometry", type=_photometry, default=(IES,), metavar="KINDS",
+        help=f"photometric files to write beside it: {','.join(PHOTOMETRIC)}")  # fmt: skip
     add("--precision", choices=("fp32", "compact"), default="fp32",
         help="compact: grid tables of 15 bits, half their size")  # fmt: skip
     add("--name", help="name of the lamp (default: that of its scene)")
@@ -47,8 +50,17 @@ def _parser() -> command.Parser:
 
 
 def _networks(text: str) -> tuple[str, ...]:
-    chosen = tuple(filter(None, text.split(",")))
-    unknown = [name for name in chosen if name not in CHOICES]
+    return _chosen(text, CHOICES, "network")
+
+
+def _photometry(text: str) -> tuple[str, ...]:
+    return _chosen(text, PHOTOMETRIC, "photometric file")
+
+
+def _chosen(text: str, choices: Sequence[str], what: str) -> tuple[str, ...]:
+    """The names in a list with commas, each once."""
+    chosen = tuple(dict.fromkeys(filter(None, text.split(","))))
+    unknown = [name for name in chosen if name not in choices]
     if unknown:
-        raise argparse.ArgumentTypeError(f"no network {unknown[0]!r}; choose from {CHOICES}")
+        raise argparse.ArgumentTypeError(f"no {what} {unknown[0]!r}; choose from {choices}")
     return chosen

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime, timezone
 from functools import cached_property
@@ -14,7 +14,13 @@ import numpy as np
 from tqdm import tqdm
 
 from purelight_export.parts import CHOICES, Part, make_parts, require_agreement
-from purelight_export.photometry import Intensity, ies_file, intensity, unit_ies_file
+from purelight_export.photometry import (
+    Intensity,
+    eulumdat_file,
+    ies_file,
+    intensity,
+    unit_ies_file,
+)
 from purelight_format import atomic, bundle, color
 from purelight_format.camera import Camera
 from purelight_format.errors import PureLightError
@@ -24,14 +30,18 @@ from purelight_format.members.surface import Surface
 from purelight_format.networks.golden import golden_vectors
 from purelight_format.networks.probes import Extent
 from purelight_format.networks.profile import inspect
+from purelight_format.networks.tiers import PORTABLE, fault
 from purelight_format.srgb import png
 from purelight_format.usd import asset_layer
+from purelight_format.verdict import caption, figures, words
 from purelight_onnx.luminaire import Luminaire
 from purelight_onnx.viewer import render
 from purelight_train.runs.run_directory import RunDirectory
 
+IES, EULUMDAT = PHOTOMETRIC = ("ies", "ldt")
 PREVIEW_SIZE = 256
 IN_WATTS = ("flux_error", "student_flux", "student_flux_error")
+MEASURED = ("rays", "exit_surface", "colors", "not_carried", "relative_error")
 FIDELITY = (*IN_WATTS, "held_out_gain_nats")
 
 Members = dict[str, bytes]
@@ -45,6 +55,7 @@ def export(
     compact: bool = False,
     name: str | None = None,
     lumens: float | None = None,
+    photometry: Sequence[str] = (IES,),
 ) -> list[Path]:
     """Writes lamp.plux, and beside it lamp.ies, lamp.shape.ies and lamp.usda.
 
@@ -58,6 +69,7 @@ def export(
         compact: Whether grid tables are stored with 15 bits.
         name: What to call the lamp; like its scene by default.
         lumens: Luminous flux that all of its light is scaled to; as traced by default.
+        photometry: Which photometric files go beside the bundle, some of `PHOTOMETRIC`.
 
     Returns:
         The files written.
@@ -79,9 +91,16 @@ def export(
     members |= lamp.surface.to_members()
     members[PHOTOMETRY] = lamp.photometry
     manifest = lamp.manifest(infos, {"onnx_error": errors}, compact=compact)
+    manifest = replace(manifest, tier=_tier(parts))
     members[PREVIEW] = _preview(manifest, members)
     written = bundle.write(output, manifest, members)
-    return [output, *_beside(lamp, written)]
+    return [output, *_beside(lamp, written, photometry)]
+
+
+def _tier(parts: Sequence[Part]) -> str | None:
+    """The tier that all networks keep to, if there is one."""
+    portable = not any(fault(PORTABLE, part.model, part.name) for part in parts)
+    return PORTABLE.name if portable else None
 
 
 def _power(run: RunDirectory, wanted: float) -> float:
@@ -113,7 +132,8 @@ class Facts:
         flux = arrays["triangle_flux"].astype(np.float64)
         total = flux.sum(0)
         flux *= np.divide(self.run.description.flux, total, out=np.zeros(3), where=total > 0)
-        return Surface(arrays["positions"], arrays["triangles"], flux.astype(np.float32))
+        finish = arrays["finish"] if self.run.finishes else None
+        return Surface(arrays["positions"], arrays["triangles"], flux.astype(np.float32), finish)
 
     @property
     def extent(self) -> Extent:
@@ -136,11 +156,15 @@ class Facts:
         radius = self.run.description.sphere.radius
         return ies_file(self.intensity, name=self.name, issued=self.issued, radius=radius)
 
+    @property
+    def eulumdat(self) -> bytes:
+        return eulumdat_file(self.intensity, self.surface, name=self.name, issued=self.issued)
+
     def manifest(
         self, infos: dict[str, NetworkInfo], measured: dict[str, Any], *, compact: bool
     ) -> Manifest:
         """The manifest, still without its members."""
-        description, config = self.run.description, self.run.config
+        description = self.run.description
         scaled = {"lumens": self.lumens, "power_factor": self.run.power}
         return Manifest(
             name=self.name,
@@ -151,17 +175,25 @@ class Facts:
             channels=description.channels,
             networks=infos,
             provenance={
-                "scene": Path(config["luminaire"]).name,
-                "scene_digest": config["digest"],
-                "seed": config["seed"],
-                "route": config["route"],
-                "preset": config["preset"]["name"],
-                "photons": description.paths,
+                **self.run.provenance,
                 "precision": "compact" if compact else "fp32",
                 **({} if self.lumens is None else scaled),
+                **self._measured,
             },
-            fidelity=self.fidelity | measured,
+            fidelity=self.fidelity | self._verdict(infos) | measured,
+            finishes=self.run.finishes,
         )
+
+    def _verdict(self, networks: Collection[str]) -> dict[str, Any]:
+        """What training found of the networks that the bundle carries."""
+        found = figures.read(self.run.read_json("metrics.json").get("verdict"))
+        return {} if found is None else {"verdict": found.of_networks(networks).to_json()}
+
+    @property
+    def _measured(self) -> dict[str, Any]:
+        """What is to be known of a lamp that was measured: from which rays, and what is missing."""
+        found = self.run.read_json("metrics.json").get("measured")
+        return {"measured": {key: found[key] for key in MEASURED}} if found else {}
 
     @property
     def fidelity(self) -> dict[str, Any]:
@@ -200,18 +232,22 @@ def _preview(manifest: Manifest, members: Members) -> bytes:
         for network in manifest.networks:
             luminaire.network(network)
         camera = Camera.orbit(manifest.bounding_sphere, size=PREVIEW_SIZE)
-        return png(render(luminaire, camera, samples=4))
+        picture = png(render(luminaire, camera, samples=4))
+    found = figures.read(manifest.fidelity.get("verdict"))
+    return picture if found is None else caption.under(picture, words.judge(found).caption)
 
 
-def _beside(lamp: Facts, written: bundle.Bundle) -> list[Path]:
-    """Writes the photometric file, the shape for USD lights, and the USD asset."""
-    files = [written.path.with_suffix(suffix) for suffix in (".ies", ".shape.ies", ".usda")]
-    photometry, shape, asset = files
+def _beside(lamp: Facts, written: bundle.Bundle, photometry: Sequence[str] = (IES,)) -> list[Path]:
+    """Writes the photometric files, the shape for USD lights, and the USD asset."""
+    texts = {IES: lambda: lamp.photometry, EULUMDAT: lambda: lamp.eulumdat}
+    files = [written.path.with_suffix(f".{kind}") for kind in photometry]
+    for file, kind in zip(files, photometry, strict=True):
+        atomic.write_bytes(file, texts[kind]())
+    shape, asset = (written.path.with_suffix(suffix) for suffix in (".shape.ies", ".usda"))
     paths = asset_layer.Paths(
         f"./{written.path.name}", f"./{asset.name}", written.digest, f"./{shape.name}"
     )
-    atomic.write_bytes(photometry, lamp.photometry)
     atomic.write_bytes(shape, unit_ies_file(lamp.intensity, name=lamp.name, issued=lamp.issued))
     text = asset_layer.layer_text(written.manifest, lamp.surface, paths)
     atomic.write_bytes(asset, text.encode())
-    return files
+    return [*files, shape, asset]

@@ -1,4 +1,4 @@
-"""The far field of a lamp from its escaped light, and what its IES files say.
+"""The far field of a lamp from its escaped light, and what its photometric files say.
 
 Angles are those of `purelight_format.photometry.table`. Lumens are 683 lm/W times the Rec.709
 luminance of the RGB watts.
@@ -12,6 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from purelight_format.color import LUMENS_PER_WATT, LUMINANCE
+from purelight_format.members.surface import Surface
+from purelight_format.photometry.eulumdat_writer import eulumdat_text
+from purelight_format.photometry.lamp_photometry import LampPhotometry
+from purelight_format.photometry.luminous_part import luminous_opening
 from purelight_format.photometry.table import IntensityTable, node_solid_angle
 from purelight_format.photometry.writer import ies_text
 
@@ -115,6 +119,15 @@ def ies_file(
         "MORE": "Vertical 0 is -Z, horizontal 0 is +X, 90 is +Y of the luminaire frame",
     }
     return ies_text(table.luminous, keywords, radius=radius, watts=float(table.flux.sum()))
+
+
+def eulumdat_file(table: Intensity, surface: Surface, *, name: str, issued: str) -> bytes:
+    """EULUMDAT text in absolute photometry; the opening is the lit part of the exit surface."""
+    size = np.ptp(surface.positions.astype(np.float64), axis=0)
+    opening = luminous_opening(surface.positions, surface.triangles, surface.triangle_flux)
+    lamp = LampPhotometry(name, table.luminous, opening, watts=float(table.flux.sum()))
+    x, y, z = size.tolist()
+    return eulumdat_text(lamp, maker="PureLight", issued=issued, size=(x, y, z))
 
 
 def unit_ies_file(table: Intensity, *, name: str, issued: str) -> bytes:

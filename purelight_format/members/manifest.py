@@ -9,7 +9,8 @@ from typing import Any
 from purelight_format.issues import Findings, FormatError, Issue
 from purelight_format.limits import LIMITS, Limits
 from purelight_format.measures import BoundingSphere
-from purelight_format.members import MANIFEST, strict_json
+from purelight_format.members import MANIFEST, finishes, strict_json
+from purelight_format.members.finishes import Finish
 from purelight_format.members.manifest_reader import Reader
 
 FORMAT_VERSION = "1.0"
@@ -66,9 +67,12 @@ class Manifest:
         channels: which of R, G, B carry flux; absent ones are exactly zero.
         networks: by name, see `kinds.KINDS`.
         provenance: where the bundle comes from (scene digest, seed, photons, preset).
-        fidelity: measured errors against the light-traced lamp.
+        fidelity: measured errors against the light-traced lamp; its `verdict` is read by
+            `verdict.figures`.
+        finishes: what the sides of the exit surface's triangles are made of.
         extensions: content by reverse-domain name of who defines it.
         members: every member but the manifest; filled by `bundle.write`.
+        tier: what every network keeps to, a key of `tiers.TIERS` or one of another version.
         format_version: major.minor.
         extra: fields this version does not know.
     """
@@ -82,8 +86,10 @@ class Manifest:
     networks: dict[str, NetworkInfo]
     provenance: dict[str, Any] = field(default_factory=dict)
     fidelity: dict[str, Any] = field(default_factory=dict)
+    finishes: tuple[Finish, ...] = ()
     extensions: dict[str, Any] = field(default_factory=dict)
     members: dict[str, Member] = field(default_factory=dict)
+    tier: str | None = None
     format_version: str = FORMAT_VERSION
     extra: dict[str, Any] = field(default_factory=dict)
 
@@ -113,7 +119,9 @@ def to_json(manifest: Manifest) -> dict[str, Any]:
         "networks": {name: _network_to_json(info) for name, info in manifest.networks.items()},
         "provenance": manifest.provenance,
         "fidelity": manifest.fidelity,
+        **finishes.to_json(manifest.finishes),
         "extensions": manifest.extensions,
+        **({} if manifest.tier is None else {"tier": manifest.tier}),
         "members": {
             name: {"size": m.size, "sha256": m.sha256} for name, m in manifest.members.items()
         },
@@ -164,11 +172,11 @@ def examine(data: bytes, limits: Limits = LIMITS) -> tuple[Manifest | None, list
     reader = Reader(value, MANIFEST, Findings(limits.issues))
     if not reader.version("format_version", FORMAT_VERSION):
         return None, list(reader.findings)
-    manifest = _read(reader)
+    manifest = _read(reader, limits)
     return (None if reader.failed else manifest), list(reader.findings)
 
 
-def _read(reader: Reader) -> Manifest:
+def _read(reader: Reader, limits: Limits) -> Manifest:
     manifest = Manifest(
         format_version=reader.text("format_version"),
         name=reader.text("name", 200),
@@ -180,8 +188,10 @@ def _read(reader: Reader) -> Manifest:
         networks={name: _read_network(r) for name, r in reader.objects("networks")},
         provenance=reader.free("provenance"),
         fidelity=reader.free("fidelity"),
+        finishes=finishes.read_all(reader, "finishes", limits),
         extensions=reader.free("extensions"),
         members={name: _read_member(r) for name, r in reader.objects("members")},
+        tier=reader.optional_text("tier", 64),
     )
     reader.units("units", UNITS)
     if not reader.failed:

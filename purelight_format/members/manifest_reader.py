@@ -53,6 +53,10 @@ class Reader:
         self._wrong(key, f"must be a printable text of 1 to {longest} characters")
         return ""
 
+    def optional_text(self, key: str, longest: int) -> str | None:
+        """A printable string, or nothing."""
+        return None if self._get(key) is None else self.text(key, longest)
+
     def digest(self, key: str) -> str:
         """A SHA-256 in lower-case hexadecimal."""
         value = self._get(key)
@@ -87,6 +91,38 @@ class Reader:
         self._wrong(key, "must be a number above 0, at most 1")
         return None
 
+    def within(self, key: str, low: float, high: float, default: float) -> float:
+        """A number in a range; the default if there is none."""
+        value = self._get(key)
+        if value is None:
+            return default
+        if _is_number(value) and low <= value <= high:
+            return float(value)
+        self._wrong(key, f"must be a number from {low:g} to {high:g}")
+        return default
+
+    def flag(self, key: str, default: bool) -> bool:
+        """A truth value; the default if there is none."""
+        value = self._get(key)
+        if value is None or isinstance(value, bool):
+            return default if value is None else value
+        self._wrong(key, "must be a truth value")
+        return default
+
+    def color(
+        self, key: str, default: tuple[float, float, float] | None = None
+    ) -> tuple[float, float, float]:
+        """Three numbers in [0, 1]; the default if there are none."""
+        value = self._get(key)
+        if value is None and default is not None:
+            return default
+        if isinstance(value, list) and len(value) == 3:
+            r, g, b = (float(x) if _is_number(x) and 0 <= x <= 1 else -1.0 for x in value)
+            if min(r, g, b) >= 0:
+                return r, g, b
+        self._wrong(key, "must be three numbers from 0 to 1")
+        return (0.0, 0.0, 0.0)
+
     def vector(self, key: str) -> tuple[float, float, float]:
         """Three numbers."""
         value = self._get(key)
@@ -112,6 +148,24 @@ class Reader:
         inner = self.object(key)
         for name in inner._value:
             yield name, inner.object(name)
+
+    def listed(self, key: str, most: int, too_many: str) -> list[Reader]:
+        """Readers of a list's elements, which must all be objects; none if it is not there.
+
+        Arguments:
+            most: how many it may have.
+            too_many: the code of the issue if it has more.
+        """
+        value, pointer = self._get(key), f"{self.pointer}/{_escaped(key)}"
+        if value is None:
+            return []
+        if not isinstance(value, list):
+            self._wrong(key, "must be a list")
+            return []
+        if len(value) > most:
+            self.add(too_many, key, count=len(value), limit=most)
+            return []
+        return [Reader(one, f"{pointer}/{k}", self.findings) for k, one in enumerate(value)]
 
     def free(self, key: str) -> dict[str, Any]:
         """An object of any content; empty if it is not there."""

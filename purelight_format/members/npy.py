@@ -14,7 +14,7 @@ from purelight_format.limits import LIMITS, Limits
 MAGIC = b"\x93NUMPY\x01\x00"
 ALIGNMENT = 64
 HEADER = re.compile(
-    rb"\{'descr': '(<f4|<f8|<u4)', 'fortran_order': False, 'shape': \(([0-9, ]{0,64})\), \} *\n"
+    rb"\{'descr': '(<f[48]|<u4|\|u1)', 'fortran_order': False, 'shape': \(([0-9, ]{0,64})\), \} *\n"
 )
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from purelight_format.issues import Issue, fail, issue
 from purelight_format.limits import LIMITS, Limits
 from purelight_format.measures import BoundingSphere
-from purelight_format.members import npy
+from purelight_format.members import finishes, npy
 
 MEMBERS = {
     "positions": ("surface/positions.npy", "<f4"),
@@ -30,11 +30,15 @@ class Surface:
         positions: [V, 3] float32, metres.
         triangles: [T, 3] uint32 indices into positions, any orientation.
         triangle_flux: [T, 3] float32, W per linear Rec.709 channel.
+        finish: [T, 2] uint8, index of the manifest's finish of the front, from where the corners
+            turn counterclockwise, and of the back; `finishes.NONE` where there is none. None in
+            a lamp without finishes.
     """
 
     positions: np.ndarray
     triangles: np.ndarray
     triangle_flux: np.ndarray
+    finish: np.ndarray | None = None
 
     def to_members(self) -> dict[str, bytes]:
         """Serialises the surface as bundle members."""
@@ -42,15 +46,20 @@ class Surface:
             member: np.asarray(getattr(self, field)).astype(dtype)
             for field, (member, dtype) in MEMBERS.items()
         }
+        if self.finish is not None:
+            arrays[finishes.MEMBER] = self.finish.astype(finishes.DTYPE)
         return npy.to_members(arrays)
 
     @staticmethod
-    def from_members(read: Callable[[str], bytes], limits: Limits = LIMITS) -> Surface:
+    def from_members(
+        read: Callable[[str], bytes], limits: Limits = LIMITS, finish_count: int = 0
+    ) -> Surface:
         """Reads and checks a surface.
 
         Arguments:
             read: returns the bytes of a member.
             limits: what is accepted.
+            finish_count: how many finishes the manifest has.
 
         Raises:
             FormatError: With a PLX_NPY or PLX_SURFACE code.
@@ -62,8 +71,13 @@ class Surface:
         for field, array in arrays.items():
             rows = len(arrays["triangles"]) if field == "triangle_flux" else None
             npy.require_shape(array, MEMBERS[field][0], (rows, 3))
-        surface = Surface(**arrays)
+        finish = None
+        if finish_count:
+            finish = npy.loads(read(finishes.MEMBER), finishes.MEMBER, finishes.DTYPE, limits)
+        surface = Surface(**arrays, finish=finish)
         surface._require_indices()
+        if finish is not None:
+            finishes.require_indices(finish, len(surface.triangles), finish_count)
         if (surface.triangle_flux < 0).any():
             fail("PLX_SURFACE_FLUX", MEMBERS["triangle_flux"][0])
         return surface

@@ -1,1 +1,1 @@
-"""The far field of a lamp as IES LM-63 text, both ways."""
+"""The far field of a lamp as photometric files: IES LM-63 and EULUMDAT, both ways."""

@@ -4,18 +4,30 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from purelight_format.members.manifest import Manifest
 from purelight_format.members.surface import Surface
-from purelight_format.usd.guide import guide
+from purelight_format.usd.appearance_text import (
+    BINDING,
+    KeptPart,
+    kept_texts,
+    material_text,
+    subset_texts,
+)
 from purelight_format.usd.luminaires import LuminairePrim, luminaires
+from purelight_format.usd.numbers_text import number as _number
+from purelight_format.usd.numbers_text import quoted as _quoted
+from purelight_format.usd.numbers_text import tuple_text as _tuple
+from purelight_format.usd.numbers_text import tuples as _tuples
 from purelight_format.usd_schema import SCHEMA
 
 __all__ = ["LuminairePrim", "Paths", "identifier", "layer_text", "luminaires"]
+
+LINKS = ("lightLink", "shadowLink")
 
 
 @dataclass(frozen=True)
@@ -41,23 +53,33 @@ def identifier(name: str) -> str:
     return plain if plain[:1].isalpha() else f"lamp_{plain}".rstrip("_")
 
 
-def layer_text(manifest: Manifest, surface: Surface, paths: Paths) -> str:
-    """Writes the layer: root Xform with the API, a fallback SphereLight, a guide to the surface.
+def layer_text(
+    manifest: Manifest, surface: Surface, paths: Paths, kept: Sequence[KeptPart] = ()
+) -> str:
+    """Writes the layer: root Xform with the API, a fallback SphereLight, the exit surface.
 
-    The text is the same for the same arguments, and needs no USD library.
+    A surface with finishes is a mesh with materials, for renderers that read no bundle; without, it
+    is only a guide. The text is the same for the same arguments, and needs no USD library.
 
     Arguments:
-        manifest: sphere, flux and name.
+        manifest: sphere, flux, name and finishes.
         surface: the exit surface.
         paths: the files to name.
+        kept: parts of the lamp that are ordinary geometry, for all renderers.
 
     Returns:
         A complete .usda file.
     """
     name = identifier(manifest.name)
     center, radius = manifest.bounding_sphere.center, manifest.bounding_sphere.radius
-    positions, triangles = guide(surface)
-    hint = _extent(np.asarray(surface.positions, np.float32).reshape(-1, 3))
+    positions = np.asarray(surface.positions, np.float32).reshape(-1, 3)
+    extent = _tuples(np.stack((positions.min(0), positions.max(0))))
+    bound = f" (\n        {BINDING}\n    )" if manifest.finishes else ""
+    purpose = "" if manifest.finishes else '\n        uniform token purpose = "guide"'
+    materials = "".join(
+        f"\n{material_text(finish, f'/{name}/finish_{k}')}"
+        for k, finish in enumerate(manifest.finishes)
+    )
     digest = f"\n    uniform string purelight:bundleDigest = {_quoted(paths.digest)}"
     return f"""#usda 1.0
 (
@@ -76,7 +98,7 @@ def Xform "{name}" (
     kind = "component"
 )
 {{
-    float3[] extentsHint = {hint}
+    float3[] extentsHint = {extent}
     uniform float4 purelight:boundingSphere = {_tuple((*center, radius))}
     uniform asset purelight:bundle = @{paths.bundle}@{digest if paths.digest else ""}
     float purelight:dimmer = 1
@@ -87,17 +109,16 @@ def Xform "{name}" (
     uniform token purelight:formatVersion = {_quoted(manifest.format_version)}
 
 {_fallback(manifest, surface, paths)}
-    def Mesh "exit_surface"
+    def Mesh "exit_surface"{bound}
     {{
         uniform bool doubleSided = 1
-        float3[] extent = {_extent(positions)}
-        int[] faceVertexCounts = [{", ".join(["3"] * len(triangles))}]
-        int[] faceVertexIndices = [{", ".join(map(str, triangles.ravel().tolist()))}]
-        point3f[] points = {_tuples(positions)}
-        uniform token purpose = "guide"
+        float3[] extent = {extent}
+        int[] faceVertexCounts = [{", ".join(["3"] * len(surface.triangles))}]
+        int[] faceVertexIndices = [{", ".join(map(str, surface.triangles.ravel().tolist()))}]
+        point3f[] points = {_tuples(positions)}{purpose}
         uniform token subdivisionScheme = "none"
-    }}
-}}
+{subset_texts(surface, f"/{name}")}    }}
+{materials}{kept_texts(kept, f"/{name}")}}}
 """
 
 
@@ -105,13 +126,19 @@ def _fallback(manifest: Manifest, surface: Surface, paths: Paths) -> str:
     r"""A Lambertian sphere of the lamp's flux, :math:`\Phi = 4 \pi^2 r^2 L` per channel.
 
     Its area is that of the exit surface where that is smaller than the bounding sphere, so that
-    it does not reach into a ceiling. Every value is written: readers ignore fallbacks.
+    it does not reach into a ceiling. Every value is written: readers ignore fallbacks. The lamp's
+    own body, where it can be seen, neither casts its shadow nor gets its light.
     """
     bounding = manifest.bounding_sphere.radius
     radius = min(bounding, math.sqrt(float(surface.area().sum()) / (4 * math.pi))) or bounding
     largest = max(manifest.flux)
     color = [flux / largest for flux in manifest.flux] if largest else [1.0] * 3
-    shaping = ""
+    shaping, name = "", identifier(manifest.name)
+    links = "".join(f"""
+        uniform token collection:{link}:expansionRule = "expandPrims"
+        uniform bool collection:{link}:includeRoot = 1
+        rel collection:{link}:excludes = </{name}/exit_surface>"""
+        for link in (LINKS if manifest.finishes else ()))  # fmt: skip
     if paths.photometry:
         shaping = f"""
         asset inputs:shaping:ies:file = @{paths.photometry}@
@@ -126,31 +153,8 @@ def _fallback(manifest: Manifest, surface: Surface, paths: Paths) -> str:
         float inputs:exposure = 0
         float inputs:intensity = {_number(largest / (4 * math.pi**2 * radius**2))}
         bool inputs:normalize = 0
-        float inputs:radius = {_number(radius)}{shaping}
+        float inputs:radius = {_number(radius)}{shaping}{links}
         double3 xformOp:translate = {_tuple(manifest.bounding_sphere.center)}
         uniform token[] xformOpOrder = ["xformOp:translate"]
     }}
 """
-
-
-def _quoted(text: str) -> str:
-    escaped = text.replace("\\", "\\\\").replace('"', '\\"')
-    return f'"{escaped}"'
-
-
-def _number(value: float) -> str:
-    """The shortest text that reads back as the same float32."""
-    return str(np.float32(value))
-
-
-def _extent(positions: np.ndarray) -> str:
-    """The box around positions [V, 3]."""
-    return _tuples(np.stack((positions.min(0), positions.max(0))))
-
-
-def _tuple(values: Any) -> str:
-    return f"({', '.join(map(_number, values))})"
-
-
-def _tuples(rows: np.ndarray) -> str:
-    return f"[{', '.join(_tuple(row) for row in rows)}]"

@@ -21,6 +21,7 @@ from purelight_format.members import (
     PHOTOMETRY,
     PREVIEW,
     container,
+    finishes,
     manifest,
     png,
     surface,
@@ -31,9 +32,11 @@ from purelight_format.members.surface import Surface
 from purelight_format.networks import reference, vectors
 from purelight_format.networks.kinds import KINDS
 from purelight_format.networks.profile import NetworkCost, inspect
+from purelight_format.networks.tiers import TIERS, fault
 from purelight_format.networks.vectors import Vectors
 from purelight_format.usd import layer, side_layer
 from purelight_format.validation.report import Report
+from purelight_format.verdict.figures import read as read_verdict
 
 LOOSE = 0.2  # A tolerance above this part of its value would let a wrong host pass.
 
@@ -183,6 +186,10 @@ def _manifest(examination: Examination) -> Iterator[Issue]:
     data = examination.read(MANIFEST)
     examination._manifest, issues = manifest.examine(data, examination.limits)
     yield from issues
+    about = examination._manifest
+    stated = None if about is None else about.fidelity.get("verdict")
+    if stated is not None and read_verdict(stated) is None:
+        yield issue("PLX_MANIFEST_VERDICT", f"{MANIFEST}/fidelity/verdict")
 
 
 def _digests(examination: Examination) -> Iterator[Issue]:
@@ -222,6 +229,7 @@ def _members(examination: Examination) -> Iterator[Issue]:
     """Which members there are, and the small ones for people."""
     known = {next(iter(examination.entries)), MANIFEST, PHOTOMETRY, PREVIEW}
     known.update(member for member, _ in surface.MEMBERS.values())
+    known.update([finishes.MEMBER] if examination.manifest.finishes else [])
     for network in examination.networks:
         known.update((members.network(network), *vectors.layout(network)))
     for name in examination.entries:
@@ -255,6 +263,20 @@ def _networks(examination: Examination) -> Iterator[Issue]:
             yield from _network(examination, name, info)
         except FormatError as error:
             yield error.issue
+    if not examination.findings.errors:
+        yield from _tier(examination)
+
+
+def _tier(examination: Examination) -> Iterator[Issue]:
+    """Every network must keep to the tier that is stated; of other tiers nothing is known."""
+    stated = examination.manifest.tier
+    if stated not in TIERS:
+        return
+    for name in examination.costs:
+        found = fault(TIERS[stated], examination.read(members.network(name)), name)
+        if found:
+            pair = {"stated": stated, "actual": f"none: {name} has {found}"}
+            yield issue("PLX_MANIFEST_COST_MISMATCH", f"{MANIFEST}/tier", **pair)
 
 
 def _network(examination: Examination, name: str, info: NetworkInfo) -> Iterator[Issue]:
@@ -272,7 +294,8 @@ def _network(examination: Examination, name: str, info: NetworkInfo) -> Iterator
 
 
 def _surface(examination: Examination) -> Iterator[Issue]:
-    found = Surface.from_members(examination.read, examination.limits)
+    count = len(examination.manifest.finishes)
+    found = Surface.from_members(examination.read, examination.limits, count)
     yield from found.issues(
         examination.manifest.bounding_sphere, examination.manifest.flux, examination.limits
     )

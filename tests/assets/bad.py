@@ -182,6 +182,16 @@ def listed(name: str, entry: Any, more: dict[str, bytes] | None = None) -> bytes
     return lamp.seal({**lamp.good(), **(more or {})}, edit)
 
 
+FINISH = {"name": "black", "base_color": [0.02, 0.02, 0.02]}
+
+
+def finished(*made: dict[str, Any], sides: np.ndarray | None = None) -> bytes:
+    """The good lamp with finishes, all of the first one unless said otherwise."""
+    sides = np.zeros((8, 2), np.uint8) if sides is None else sides
+    content = {**lamp.good(), "surface/finish.npy": npy.dumps(sides)}
+    return lamp.seal(content, lambda root: root.update(finishes=list(made)))
+
+
 def good_text() -> bytes:
     return lamp.good()["manifest.json"]
 
@@ -218,6 +228,28 @@ for _path, _value in {
     "members/preview.png": 7,
 }.items():
     asset("PLX_MANIFEST_SCHEMA")(lambda path=_path, value=_value: edited(path, value))
+for _field, _wrong in {
+    "name": "two\nlines",
+    "base_color": [1, 1],
+    "metalness": 2,
+    "specular_color": [0, 0, -1],
+    "roughness": "0.5",
+    "ior": 0.5,
+    "opacity": True,
+    "thin_walled": 1,
+    "spread_exponent": -1,
+}.items():
+    asset("PLX_MANIFEST_SCHEMA")(lambda k=_field, v=_wrong: finished({**FINISH, k: v}))
+asset("PLX_MANIFEST_SCHEMA")(lambda: edited("finishes", {"black": FINISH}))
+asset("PLX_MANIFEST_SCHEMA")(lambda: edited("finishes", ["black"]))
+asset("PLX_MANIFEST_FINISH_COUNT")(lambda: finished(*[FINISH] * (LIMITS.finishes + 1)))
+asset("PLX_MANIFEST_FINISH_ENERGY")(
+    lambda: finished({**FINISH, "diffuse_transmission": [1, 0.5, 0.5]}))  # fmt: skip
+asset("PLX_MANIFEST_MEMBER_MISSING")(lambda: edited("finishes", [FINISH]))
+asset("PLX_SURFACE_FINISH")(lambda: finished(FINISH, sides=np.ones((8, 2), np.uint8)))
+asset("PLX_NPY_SHAPE")(lambda: finished(FINISH, sides=np.zeros((8, 1), np.uint8)))
+asset("PLX_NPY_TYPE")(lambda: finished(FINISH, sides=np.zeros((8, 2), np.uint32)))
+asset("PLX_MANIFEST_UNKNOWN_FIELD")(lambda: finished({**FINISH, "mood": "cosy"}))
 asset("PLX_MANIFEST_UNKNOWN_FIELD")(lambda: edited("mood", "cosy"))
 asset("PLX_MANIFEST_UNITS")(lambda: edited("units/length", "cm"))
 asset("PLX_MANIFEST_SPHERE_INVALID")(lambda: edited("bounding_sphere/radius", 0))
@@ -246,6 +278,9 @@ asset("PLX_MANIFEST_COST_MISMATCH")(lambda: edited("networks/appearance/macs_per
 def a_network_of_the_future() -> bytes:
     cost = {"macs_per_sample": 1, "floats_per_sample": 1, "bytes": 1}
     return edited("networks/polarisation", {"member": "networks/polarisation.onnx", **cost})
+
+
+asset("PLX_MANIFEST_VERDICT")(lambda: edited("fidelity/verdict", {"photons": "many"}))
 
 
 @asset("PLX_MANIFEST_DARK")

@@ -12,7 +12,7 @@ import numpy as np
 
 from purelight_conformance import operations, protocol
 from purelight_conformance.operations import OPERATIONS, Asset, Query
-from purelight_format import measures
+from purelight_format import measures, reflection
 from purelight_format.bundle import Bundle
 from purelight_format.errors import PureLightError
 from purelight_format.measures import Placement
@@ -140,6 +140,16 @@ def unturned_normal() -> None:
     operations._facing, operations._surface = hits, surface
 
 
+def schlick() -> None:
+    """Schlick's approximation for what dielectrics reflect."""
+
+    def fresnel(cosine: np.ndarray, ior: float) -> np.ndarray:
+        least = ((ior - 1) / (ior + 1)) ** 2
+        return least + (ior > 1) * (1 - least) * (1 - np.abs(cosine)) ** 5
+
+    reflection.fresnel = fresnel  # type: ignore[assignment]
+
+
 def transposed_rotation() -> None:
     """Directions turned the wrong way."""
     Placement.direction_to_local, Placement.direction_to_world = (  # type: ignore[method-assign]
@@ -204,7 +214,8 @@ FAULTS = {
     fault.__name__: fault
     for fault in (
         axis_order, cosine_measure, cancellation, transposed_map, tf32, swapped_channels,
-        unturned_normal, transposed_rotation, scaled_radiance, uniform_transform_only_in_name,
+        unturned_normal, schlick, transposed_rotation, scaled_radiance,
+        uniform_transform_only_in_name,
         takes_everything, refuses_everything, refuses_warnings,
         swapped_square, unnormalised,
     )

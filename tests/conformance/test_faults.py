@@ -23,6 +23,7 @@ HUNTED = {
     "tf32": ("PRECISION", 0.5, {"frames/axes", "cap/cap-near", "appearance/paint"}),
     "swapped_channels": ("CHANNEL_ORDER", 0.9, {"appearance/compass", "fast_map/compass"}),
     "unturned_normal": ("NORMAL_SIDE", 0.8, {"appearance/wild", "sampler/wild"}),
+    "schlick": ("FINISH", 0.4, {"finishes/matt", "appearance/wild"}),
     "transposed_rotation": ("ROTATION", 0.8, {"appearance/wild", "composite/view-wild"}),
     "scaled_radiance": ("SCALE", 0.4, {"instance/radiance-turned", "composite/view-wild"}),
     "uniform_transform_only_in_name": ("REFUSE", 0.5, {"instance/radiance-scaled"}),

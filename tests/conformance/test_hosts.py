@@ -1,4 +1,4 @@
-"""Three hosts pass the suite: ONNX Runtime, Mitsuba, and one in another language."""
+"""Hosts pass the suite: ONNX Runtime, Mitsuba, generated C++, and one in another language."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import re
 import shutil
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -17,6 +18,7 @@ from purelight_conformance.results import SKIPPED, Report
 from purelight_conformance.suite import Suite
 from purelight_conformance.text import to_text
 from purelight_format.bundle import Bundle
+from tests.support.compiled import require_compilers
 
 NODE = Path(__file__).parents[2] / "examples/hosts/node"
 SPARED = {  # Operations that rendering in Mitsuba has no use for.
@@ -41,6 +43,24 @@ def test_the_mitsuba_runtime_passes_what_it_offers(whole: Suite) -> None:
     assert report.host.operations == (OPERATIONS.keys() | {READER}) - SPARED
     skipped = {r.vectors.operation for r in report.results if SKIPPED in r.outcome}
     assert skipped == SPARED
+
+
+CPP = (sys.executable, "-m", "purelight_shader.conformance_host")
+
+
+def test_generated_code_passes_with_some_lamps(whole: Suite) -> None:
+    """Each lamp is compiled anew, so two stand for all; `red` has every network, `plain` one."""
+    require_compilers()
+    chosen = [v for v in whole.sets if v.bundle in ("", "red", "plain")]
+    report = passed(replace(whole, sets=chosen), *CPP)
+    assert report.host.operations >= {"instance_sample", "view", "estimate", "area_to_solid_angle"}
+
+
+@pytest.mark.slow
+def test_generated_code_passes_everything_but_vets_no_files(whole: Suite) -> None:
+    require_compilers()
+    report = passed(whole, *CPP)
+    assert report.host.operations == {v.operation for v in whole.sets} - {READER}
 
 
 def node() -> str:

@@ -29,7 +29,7 @@ from purelight_format.validation.validate import validate
 
 GROUPS = [
     "appearance", "transparency", "sampler", "sampler_pdf", "fast_map", "frames", "cap",
-    "instance", "composite", "estimators", READER,
+    "finishes", "instance", "composite", "estimators", READER,
 ]  # fmt: skip
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import faulthandler
 import multiprocessing
+import os
 import resource
 import time
 import traceback
@@ -17,7 +18,8 @@ from typing import Any
 from tests.fuzz.targets import TARGETS
 
 SLOW = 2.0  # Processor seconds that no input may take, however busy the machine.
-HANG = 20.0  # Seconds after which a process is ended.
+HANG = 20.0  # Processor seconds on one input after which a process is ended,
+IDLE = 300.0  # and seconds, for one that waits; it may wait for a busy machine.
 MEMORY = 4 << 30  # Address space of a process.
 SEEDS = 1 << 32  # Inputs of one seed.
 POLL = 0.25
@@ -118,13 +120,15 @@ def _work(target: str, first: int, count: int, seconds: float, results: Any, at:
 
 def _collect(target: str, worker: Any, results: Any, at: Synchronized[int], until: float) -> Tally:
     """Waits for a process; one that stands still for too long is ended."""
-    seen, since = at.value, time.monotonic() + HANG  # Starting up takes a while.
+    seen, since, used = at.value, time.monotonic() + IDLE, HANG  # Starting up takes a while.
     while results.empty() and worker.is_alive():
         if at.value != seen:
-            seen, since = at.value, time.monotonic()
-        if time.monotonic() - since > HANG:
+            seen, since, used = at.value, time.monotonic(), _processor_seconds(worker.pid)
+        worked = _processor_seconds(worker.pid) - used
+        if worked > HANG or time.monotonic() - since > IDLE:
             worker.kill()
-            return Tally(findings=[_finding(target, seen, f"no answer after {HANG} s")])
+            what = f"no answer after {worked:.0f} processor seconds"
+            return Tally(findings=[_finding(target, seen, what)])
         time.sleep(POLL)
     if results.empty():
         worker.join()
@@ -133,6 +137,15 @@ def _collect(target: str, worker: Any, results: Any, at: Synchronized[int], unti
     tally = results.get()
     worker.join()
     return tally
+
+
+def _processor_seconds(pid: int) -> float:
+    """What a process has used so far; 0 where the system does not tell."""
+    try:
+        fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    except OSError:
+        return 0.0
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 def save(findings: list[dict[str, Any]], folder: Path) -> None:

@@ -50,7 +50,7 @@ def require_stated_cost(data: bytes, network: str, cost: NetworkCost) -> None:
     """Every intermediate has exactly the elements per row that the walk foretold."""
     assert cost.floats_per_sample <= LIMITS.sample_floats_sum
     try:
-        results = reference.evaluate(_with_all_values(data), _feed(network), np.float32)
+        results = reference.evaluate(with_all_values(data), _feed(network), np.float32)
     except PureLightError:
         return  # A computed index beyond its table stops the evaluation.
     measured = sum(value.size for value in results.values())
@@ -65,7 +65,7 @@ def require_a_runtime(data: bytes, network: str) -> None:
     options.intra_op_num_threads = options.inter_op_num_threads = 1
     options.log_severity_level = 4
     outputs = SIGNATURES[network].outputs
-    for model in (data, _with_all_values(data)):
+    for model in (data, with_all_values(data)):
         session = onnxruntime.InferenceSession(model, options, providers=["CPUExecutionProvider"])
         try:
             results = session.run(list(outputs), _feed(network))
@@ -79,7 +79,7 @@ def require_a_runtime(data: bytes, network: str) -> None:
 
 def require_stated_time(data: bytes, network: str, cost: NetworkCost) -> None:
     """Both evaluators take at most LONGER times the stated work, beside what opening takes."""
-    model, stated = _with_all_values(data), cost.nanoseconds * 1e-9
+    model, stated = with_all_values(data), cost.nanoseconds * 1e-9
     rows = {k: np.resize(v, (GOLDEN, *v.shape[1:])) for k, v in _feed(network).items()}
     session = Session(model, floats=cost.floats_per_sample)
 
@@ -124,7 +124,7 @@ def _require_same(data: bytes, network: str, results: dict[str, np.ndarray]) -> 
         assert results[name].shape == (ROWS, *shape)
     feed = {name: array[:1] for name, array in _feed(network).items()}
     try:
-        model = _with_all_values(data)
+        model = with_all_values(data)
         values, exact = (reference.evaluate(model, feed, t) for t in (np.float32, np.float64))
     except PureLightError:
         return  # A computed index beyond its table, which Dr.Jit clamps.
@@ -147,7 +147,7 @@ def _feed(network: str) -> dict[str, np.ndarray]:
     }
 
 
-def _with_all_values(data: bytes) -> bytes:
+def with_all_values(data: bytes) -> bytes:
     """The model with every intermediate among its outputs, so that no node is left out."""
     proto = onnx.load_from_string(data)
     stated = {value.name for value in proto.graph.output}

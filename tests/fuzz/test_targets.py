@@ -42,9 +42,14 @@ def crash(data: bytes) -> bool:
     os._exit(3)
 
 
-def hang(data: bytes) -> bool:
+def wait(data: bytes) -> bool:
     time.sleep(60)
     return True
+
+
+def hang(data: bytes) -> bool:
+    while True:
+        pass
 
 
 def raise_another_error(data: bytes) -> bool:
@@ -53,14 +58,20 @@ def raise_another_error(data: bytes) -> bool:
 
 @pytest.mark.parametrize(
     ("check", "what"),
-    [(crash, "ended with 3"), (hang, "no answer"), (raise_another_error, "ZeroDivisionError")],
+    [
+        (crash, "ended with 3"),
+        (hang, "no answer"),
+        (wait, "no answer"),
+        (raise_another_error, "ZeroDivisionError"),
+    ],
 )
 def test_the_harness_finds_crashes_hangs_and_foreign_exceptions(
     check: object, what: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     target = Target(targets.make_json, check, 1.0)  # type: ignore[arg-type]
     monkeypatch.setitem(TARGETS, "json", target)
-    monkeypatch.setattr(harness, "HANG", 2.0)
+    monkeypatch.setattr(harness, "HANG", 1.0)
+    monkeypatch.setattr(harness, "IDLE", 5.0 if check is wait else 300.0)
     tally = harness.run("json", 3, 30, processes=1, method="fork")
     assert what in tally.findings[0]["what"]
     harness.save(tally.findings, tmp_path)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +16,7 @@ from purelight_export.graph import Graph, Value
 from purelight_export.photometry import Intensity, ies_file
 from purelight_format import bundle
 from purelight_format.measures import BoundingSphere, Cap, cap, cap_to_direction, direction_to_cap
+from purelight_format.members.finishes import Finish
 from purelight_format.members.surface import Surface
 from purelight_format.networks.vectors import Vectors
 from purelight_format.photometry.table import node_solid_angle
@@ -29,11 +30,13 @@ SPHERE = BoundingSphere(CENTRE, RADIUS)
 
 @dataclass(frozen=True)
 class Lamp:
-    """An exit surface and its networks as ONNX."""
+    """An exit surface, its networks as ONNX, what it is made of, and its stated fidelity."""
 
     surface: Surface
     networks: dict[str, bytes]
     flux: np.ndarray
+    finishes: tuple[Finish, ...] = ()
+    fidelity: dict[str, Any] = field(default_factory=dict)
 
     def write(self, path: Path, more: dict[str, bytes] | None = None) -> Path:
         """Writes the lamp as a valid bundle, with more members if wanted."""
@@ -46,6 +49,8 @@ class Lamp:
             radiance_scale=1.0,
             r_max=15.0,
             channels=tuple(self.flux > 0),
+            finishes=self.finishes,
+            fidelity=self.fidelity,
         )
         bundle.write(path, manifest, members | (more or {}))
         return path
@@ -158,7 +163,7 @@ def glass_sheet(through: Sequence[float]) -> Lamp:
     corner = RADIUS / math.sqrt(2)
     vertices = np.array([[x, y, 0] for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))]) * corner
     mesh = trimesh.Trimesh(vertices, [[0, 1, 2], [0, 2, 3]], process=False)
-    networks = {"appearance": _black(), "transparency": transparency(through)}
+    networks = {"appearance": black(), "transparency": transparency(through)}
     return Lamp(_surface(mesh, 0.0), networks, np.zeros(3))
 
 
@@ -171,7 +176,7 @@ def two_panes(through: float, offset: float = 0.1) -> Lamp:
     one, two = through, through**2
     level = both * (0.5 * (two - one)) + 0.5 * (two + one)
     graph.output("transmittance", position * 0.0 + level)
-    networks = {"appearance": _black(), "transparency": graph.to_bytes()}
+    networks = {"appearance": black(), "transparency": graph.to_bytes()}
     corners = [(y, z) for y, z in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
     half = 0.6 * RADIUS
     vertices = [(x, y * half, z * half) for x in (offset, -offset) for y, z in corners]
@@ -180,7 +185,7 @@ def two_panes(through: float, offset: float = 0.1) -> Lamp:
     return Lamp(_surface(mesh, 0.0), networks, np.zeros(3))
 
 
-def _black() -> bytes:
+def black() -> bytes:
     graph = Graph("appearance")
     position, *_ = (graph.input(n, 3) for n in ("position", "normal", "outgoing"))
     graph.output("radiance", position * 0.0)
@@ -209,8 +214,9 @@ def photometry(lamp: Lamp, exponent: float) -> bytes:
 
 
 def mitsuba_lamps(
-    lamp: Lamp, folder: Path, placement: Any, *, tilt: float = 0.0, dimmer: float = 1.0
-) -> dict[str, Any]:
+    lamp: Lamp, folder: Path, placement: Any, *, tilt: float = 0.0, dimmer: float = 1.0,
+    bsdf: dict[str, Any] | None = None,
+) -> dict[str, Any]:  # fmt: skip
     """The same lamp as two meshes of Mitsuba's, one per half, with area emitters."""
     surface = lamp.surface
     matrix = np.array(placement.matrix).reshape(4, 4)
@@ -226,7 +232,7 @@ def mitsuba_lamps(
             "type": "ply",
             "filename": str(path),
             "face_normals": True,
-            "bsdf": {"type": "diffuse", "reflectance": {"type": "rgb", "value": 0.0}},
+            "bsdf": bsdf or {"type": "diffuse", "reflectance": {"type": "rgb", "value": 0.0}},
             "emitter": {"type": "area", "radiance": radiance},
         }
     return shapes

@@ -49,7 +49,8 @@ def write(folder: Path) -> Path:
 
 
 def train(lamp: Path, output: Path, preset: Preset = TINY, **options: Any) -> dict[str, Any]:
-    """Trains a lamp; gives its metrics."""
+    """Trains a lamp; gives its metrics, without a verdict unless `judged`."""
     from purelight_train.runs.pipeline import start
 
-    return start(lamp, output, preset, 0, "cpu", **{"resume": False, **options})()
+    judged = options.pop("judged", False)
+    return start(lamp, output, preset, 0, "cpu", **{"resume": False, **options})(judged=judged)

@@ -9,6 +9,9 @@ from dataclasses import replace
 from pathlib import Path
 
 from purelight_format import atomic, command
+from purelight_format.verdict.figures import read
+from purelight_format.verdict.words import judge
+from purelight_import import options
 from purelight_train import threads
 from purelight_train.presets import ANCHORS, PRESETS
 
@@ -17,7 +20,8 @@ COMMAND = "purelight-train"
 
 def _parser() -> command.Parser:
     parser = command.Parser(prog=COMMAND, description=__doc__)
-    parser.add_argument("luminaire", type=Path, help="Mitsuba 3 scene that holds only a lamp")
+    parser.add_argument("luminaire", type=Path, help="Mitsuba 3 scene that holds only a lamp, "
+                        "a ray file, or any file that purelight-import reads")  # fmt: skip
     parser.add_argument("--output", type=Path, required=True, metavar="RUN", help="run directory")
     parser.add_argument("--preset", choices=sorted(PRESETS), default="draft")
     parser.add_argument("--route", choices=("photons", "teacher"), default="photons",
@@ -33,11 +37,16 @@ def _parser() -> command.Parser:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--early-stop", action="store_true",
                         help="end once the error on held-out light stops falling")  # fmt: skip
+    parser.add_argument("--exit-surface", default="auto", metavar="WHERE",
+                        help="of measured rays: start, tight, auto, or a mesh file")  # fmt: skip
+    parser.add_argument("--verdict", action=argparse.BooleanOptionalAction, default=True,
+                        help="measure with fresh light what was learned")  # fmt: skip
     parser.add_argument("--report", action=argparse.BooleanOptionalAction, default=True,
                         help="write report.html into the run directory")  # fmt: skip
     parser.add_argument("--resume", action="store_true", help="continue an interrupted run")
     parser.add_argument("--device", choices=("auto", "cpu", "cuda"), default="auto")
     parser.add_argument("--threads", type=int, default=os.cpu_count(), help="CPU threads")
+    options.add(parser)
     return parser
 
 
@@ -57,23 +66,34 @@ def _train(arguments: argparse.Namespace) -> int:
     if device == "auto":
         device = "cuda" if torch.cuda.is_available() else "cpu"
     platform.use("llvm_ad_rgb" if device == "cpu" else "cuda_ad_rgb")
+    threads.use_for_tracing(arguments.threads)
 
+    with command.told(COMMAND):
+        return _run(arguments, device)
+
+
+def _run(arguments: argparse.Namespace, device: str) -> int:
+    """Train the lamp; Mitsuba's variant is set."""
+    from purelight_train.foreign import scene_of
     from purelight_train.runs.pipeline import start
 
     preset = replace(PRESETS[arguments.preset], mixed_precision=arguments.mixed_precision)
     anchor = arguments.anchor or ("auto" if arguments.route == "photons" else "none")
-    training = start(
-        arguments.luminaire, arguments.output, preset, arguments.seed, device,
-        resume=arguments.resume, route=arguments.route, anchor=anchor,
-        early_stop=arguments.early_stop,
-    )  # fmt: skip
-    metrics = training()
+    with scene_of(arguments.luminaire, arguments.output, options.Options.of(arguments)) as lamp:
+        training = start(
+            lamp.scene, arguments.output, preset, arguments.seed, device,
+            resume=arguments.resume, route=arguments.route, anchor=anchor,
+            early_stop=arguments.early_stop, exit_surface=arguments.exit_surface, look=lamp.look,
+        )  # fmt: skip
+    metrics = training(judged=arguments.verdict)
     if arguments.report:
         from purelight_train.report.training import write_report
 
         write_report(training)
+    found = read(metrics.get("verdict"))
+    if found is not None:
+        print(*judge(found, training.stages.run.provenance).lines, sep="\n")
     flux = ", ".join(f"{f:.4g}" for f in metrics["flux"])
-    print(f"{arguments.output}: flux {flux} W; held-out gain "
-          f"{metrics['held_out_gain_nats']:.3f} nats; next: purelight-export {arguments.output} "
+    print(f"{arguments.output}: flux {flux} W; next: purelight-export {arguments.output} "
           "--output lamp.plux")  # fmt: skip
     return 0

@@ -191,6 +191,31 @@ DRAFT = Preset(
     photons=Optimisation(3000, 1 << 11, 1e-2),
 )
 
+# Whether a lamp goes through at all; its light is about right, its look is not
+SKETCH = replace(
+    DRAFT,
+    name="sketch",
+    paths=2 << 20,
+    teacher_grid=GridSize(3, 4, 4, 16, 1 << 12),
+    teacher_flow=FlowSize(2, MLPSize(32, 2), 8),
+    teacher=Optimisation(150, 1 << 12, 8e-3),
+    distillation_samples=1 << 18,
+    student_grid=GridSize(4, 4, 4, 32, 1 << 13),
+    student_network=MLPSize(32, 2),
+    student=Optimisation(300, 1 << 13, 8e-3),
+    transparency_samples=1 << 19,
+    transparency_grid=GridSize(4, 2, 8, 32, 1 << 12),
+    transparency_network=MLPSize(16, 2),
+    transparency=Optimisation(150, 1 << 12, 8e-3),
+    cap_points=1 << 12,
+    point_grid=GridSize(3, 4, 4, 16, 1 << 11),
+    sampler_flow=FlowSize(2, MLPSize(16, 2), 8),
+    sampler=Optimisation(150, 1 << 11, 8e-3),
+    fast_map_network=MLPSize(16, 2),
+    fast_map=Optimisation(200, 1 << 7, 1e-2),
+    photons=Optimisation(300, 1 << 11, 1e-2),
+)
+
 STANDARD = Preset(
     name="standard",
     paths=24 << 20,
@@ -242,4 +267,4 @@ PAPER = Preset(
     fresh_records=True,
 )
 
-PRESETS = {preset.name: preset for preset in (DRAFT, STANDARD, PAPER)}
+PRESETS = {preset.name: preset for preset in (SKETCH, DRAFT, STANDARD, PAPER)}

@@ -1,4 +1,4 @@
-"""`purelight-size`: a trained run becomes one whose networks are as small as an error allows."""
+"""`purelight-size`: a trained run becomes one of smaller networks, by their error or their tier."""
 
 from __future__ import annotations
 
@@ -8,6 +8,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from purelight_format import atomic, command
+from purelight_format.networks.tiers import TIERS
+from purelight_format.verdict.figures import read
+from purelight_format.verdict.words import judge
 from purelight_train import threads
 
 COMMAND = "purelight-size"
@@ -17,9 +20,14 @@ def _parser() -> command.Parser:
     parser = command.Parser(prog=COMMAND, description=__doc__)
     parser.add_argument("run", type=Path, help="a finished run of purelight-train")
     parser.add_argument("--output", type=Path, required=True, metavar="RUN", help="run directory")
-    parser.add_argument(
-        "--target-error", type=command.number(0, 1), required=True, metavar="E",
+    wanted = parser.add_mutually_exclusive_group(required=True)
+    wanted.add_argument(
+        "--target-error", type=command.number(0, 1), metavar="E",
         help="mean relative difference from the run's own networks, such as 0.05",
+    )  # fmt: skip
+    wanted.add_argument(
+        "--tier", choices=tuple(TIERS),
+        help="the best networks that are portable: any GPU and shading language affords them",
     )  # fmt: skip
     parser.add_argument("--threads", type=int, default=os.cpu_count(), help="CPU threads")
     return parser
@@ -36,13 +44,19 @@ def _size(arguments: argparse.Namespace) -> int:
     from purelight_mitsuba import platform
 
     platform.use("llvm_ad_rgb")
+    threads.use_for_tracing(arguments.threads)
 
+    from purelight_train.runs.run_directory import RunDirectory
     from purelight_train.sizes.right_size import right_size
     from purelight_train.sizes.student import table
 
     trials, others = right_size(arguments.run, arguments.output, arguments.target_error, "cpu")
     print(table(trials))
     print(", ".join(f"{name.replace('_', ' ')} {value}" for name, value in others.items()))
+    made = RunDirectory.open(arguments.output)
+    found = read(made.read_json("metrics.json").get("verdict"))
+    if found is not None:
+        print(*judge(found, made.provenance).lines, sep="\n")
     print(f"{arguments.output}: the last size; next: purelight-export {arguments.output} "
           "--output lamp.plux")  # fmt: skip
     return 0

@@ -15,3 +15,10 @@ def use(count: int) -> None:
     import torch
 
     torch.set_num_threads(count)
+
+
+def use_for_tracing(count: int) -> None:
+    """Give Dr.Jit as many; call once a variant of Mitsuba is chosen."""
+    import drjit
+
+    drjit.set_thread_count(count)

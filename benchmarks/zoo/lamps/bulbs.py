@@ -5,15 +5,16 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from benchmarks.zoo.lamps import finishes, meshes, sources
+from benchmarks.zoo.lamps import finishes, sources
 from benchmarks.zoo.lamps.draw import Draw
 from benchmarks.zoo.lamps.finishes import Glass
 from benchmarks.zoo.lamps.forms import Mesh
-from benchmarks.zoo.lamps.meshes import Floats
 from benchmarks.zoo.lamps.pieces import Part, Piece, moved
 from benchmarks.zoo.lamps.placement import shift
 from benchmarks.zoo.lamps.sources import Space
+from purelight_examples.luminaires import solids
 from purelight_examples.luminaires.parts import globe_profile, inset, revolve
+from purelight_examples.luminaires.solids import Floats
 
 GAP = 0.02
 BULB_TOP = 1.95  # of a bulb's cap, in radii of its globe
@@ -23,9 +24,9 @@ def walled(name: str, profile: ArrayLike, wall: float, glass: Glass, sections: i
            smooth: bool = False) -> list[Part]:  # fmt: skip
     """A hollow body: one piece, or two where the hollow has a finish of its own."""
     outer = revolve(profile, sections)
-    hollow = meshes.inverted(revolve(inset(profile, wall), sections))
+    hollow = solids.inverted(revolve(inset(profile, wall), sections))
     if glass.inside is glass.outside:
-        both = Mesh(meshes.joined([outer, hollow]), smooth=smooth)
+        both = Mesh(solids.joined([outer, hollow]), smooth=smooth)
         return [Piece(name, both, glass.outside)]
     return [
         Piece(name, Mesh(outer, smooth=smooth), glass.outside),

@@ -8,12 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 import trimesh
 
-from benchmarks.zoo.lamps import finishes, meshes
+from benchmarks.zoo.lamps import finishes
 from benchmarks.zoo.lamps.draw import Draw
 from benchmarks.zoo.lamps.forms import Mesh, Primitive
 from benchmarks.zoo.lamps.pieces import Finish, Light, Part, Piece
 from benchmarks.zoo.lamps.placement import shift, turn
 from benchmarks.zoo.lamps.plugin import RGB, bsdf
+from purelight_examples.luminaires import solids
 from purelight_examples.luminaires.parts import helix, revolve, tube
 
 WHITES: tuple[RGB, ...] = ((1, 0.42, 0.11), (1, 0.65, 0.35), (1, 0.85, 0.7), (0.85, 0.92, 1))
@@ -92,7 +93,7 @@ def _balls(draw: Draw, space: Space) -> list[Part]:
     apart = space.radius if count == 1 else 2 * around * np.sin(np.pi / count)
     size = min(draw.number(0.25, 0.42) * apart, 0.35 * space.radius, 0.8 * space.half_height)
     balls: list[Part] = []
-    for x, y, z in meshes.circle(around, count):
+    for x, y, z in solids.circle(around, count):
         form: Mesh | Primitive = Primitive("sphere", shift(x, y, z, size))
         if draw.chance(0.5):
             form = Mesh(form.triangles)
@@ -107,7 +108,7 @@ def _filaments(draw: Draw, space: Space) -> list[Part]:
     radius = min(0.06 * space.radius, 0.3 * around)
     sticks: list[Part] = []
     same = colour(draw)
-    for x, y, _ in meshes.circle(around, count):
+    for x, y, _ in solids.circle(around, count):
         mesh = rod((x, y), half, radius, 8)
         shine = same if draw.chance(0.6) else colour(draw)
         sticks.append(Piece(f"filament_{len(sticks)}", Mesh(mesh), lamp_black(draw), shine))
@@ -122,9 +123,9 @@ def _column(draw: Draw, space: Space) -> list[Part]:
     radius = min(0.5 * space.radius, half)
     apothem = radius * np.cos(np.pi / faces)
     side = 0.5 * min(2 * radius * np.sin(np.pi / faces), 2 * half / rows)
-    outline = meshes.circle(radius, faces)[:, :2]
+    outline = solids.circle(radius, faces)[:, :2]
     parts: list[Part] = [
-        Piece("column", Mesh(meshes.prism(outline, -half, half)), finishes.opaque(draw))
+        Piece("column", Mesh(solids.prism(outline, -half, half)), finishes.opaque(draw))
     ]
     heights = (np.arange(rows) + 0.5) / rows * 2 * half - half
     for face in range(faces):
@@ -167,7 +168,7 @@ def _puck(draw: Draw, space: Space) -> list[Part]:
 def _points(draw: Draw, space: Space) -> list[Part]:
     """Point lights or spots without bodies."""
     lights: list[Part] = []
-    for at in meshes.circle(0.4 * space.radius, draw.whole(1, 4)):
+    for at in solids.circle(0.4 * space.radius, draw.whole(1, 4)):
         r, g, b = (space.radius**2 * c for c in colour(draw))
         aim = np.array([0.0, 0.0, -1.0]) if draw.chance(0.4) else None
         cutoff = draw.number(20, 60)

@@ -55,12 +55,18 @@ TUNGSTEN = Material("diffuse", {}, {"reflectance": (0.45, 0.42, 0.4)})
 
 @dataclass(frozen=True)
 class Part:
-    """One mesh of a lamp; `radiance` in W/(m² sr) per channel makes it shine."""
+    """One mesh of a lamp.
+
+    Arguments:
+        radiance: in W/(m² sr) per channel, of what shines.
+        solid: whether the mesh is closed; otherwise it is a thin sheet.
+    """
 
     name: str
     mesh: trimesh.Trimesh
     material: Material
     radiance: RGB | None = None
+    solid: bool = True
 
     def element(self, filename: str) -> ET.Element:
         """The part as a Mitsuba shape; flat faces keep emission and refraction exact."""

@@ -19,12 +19,13 @@ def view_scene(lamp: RealLamp, camera: Camera) -> ET.Element:
     """
     scene = ET.Element("scene", version="3.0.0")
     scene.append(lamp.integrator())
-    scene.append(_sensor(camera))
+    scene.append(sensor(camera))
     scene.extend(lamp.elements(lamp.scene.parent, (0.0, 0.0, 0.0)))
     return scene
 
 
-def _sensor(camera: Camera) -> ET.Element:
+def sensor(camera: Camera) -> ET.Element:
+    """The camera as a Mitsuba sensor."""
     sensor = ET.Element("sensor", type="perspective")
     fov = math.degrees(2 * math.atan(camera.half_width))
     limits = {

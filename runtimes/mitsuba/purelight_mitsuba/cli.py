@@ -70,7 +70,7 @@ def _render(arguments: argparse.Namespace) -> int:
     mi.set_log_level(mi.LogLevel.Error)
 
     from purelight_format.srgb import png
-    from purelight_mitsuba.output import denoise, first_hit, passes
+    from purelight_mitsuba.output import advice, denoise, first_hit, passes
     from purelight_mitsuba.transport.media import MediaWarning
     from purelight_onnx.picture import write_exr
 
@@ -86,6 +86,8 @@ def _render(arguments: argparse.Namespace) -> int:
         )
     if integrator.prepare(scene).media:
         command.warn(COMMAND, integrator.prepare(scene).media)
+    for line in advice.against_fast_mode(scene) if integrator.mode == "fast" else ():
+        command.warn(COMMAND, line)
     spp = arguments.spp or scene.sensors()[0].sampler().sample_count()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", SpoiltWarning)

@@ -15,6 +15,8 @@ from typing import Any
 from purelight_conformance import protocol
 from purelight_conformance.operations import OPERATIONS
 from purelight_format.errors import PureLightError
+from purelight_format.members.finishes import read
+from purelight_format.members.manifest_reader import Reader
 from purelight_format.networks.vectors import SIGNATURES
 from purelight_mitsuba.platform import use
 
@@ -23,10 +25,13 @@ mi = use()
 import drjit as dr  # noqa: E402 - only once Mitsuba has a variant
 import numpy as np  # noqa: E402
 
+from purelight_mitsuba.lamps.finish_bsdf import FinishBSDF, SpreadBSDF  # noqa: E402
+from purelight_mitsuba.lamps.finishes import Finishes  # noqa: E402
 from purelight_mitsuba.lamps.luminaire import Luminaire, load  # noqa: E402
 from purelight_mitsuba.lamps.table import Hit, Lamps, Place  # noqa: E402
 from purelight_mitsuba.sampling.cap import Cap, cap, frame  # noqa: E402
 from purelight_mitsuba.translate.golden import evaluate, lanes, rows_of  # noqa: E402
+from purelight_mitsuba.transport.events import Parts  # noqa: E402
 from purelight_mitsuba.transport.queries import ExitRay, Queries  # noqa: E402
 
 Arrays = dict[str, np.ndarray]
@@ -74,8 +79,8 @@ class MitsubaHost:
     name = "purelight-mitsuba"
     version = metadata.version("purelight")
     operations: tuple[str, ...] = (
-        *SIGNATURES, "frame", "square_to_disk", "cap", "cap_to_direction", "instance_radiance",
-        "instance_sample", "view", "estimate", "map_estimate", protocol.READER,
+        *SIGNATURES, "frame", "square_to_disk", "cap", "cap_to_direction", "finish",
+        "instance_radiance", "instance_sample", "view", "estimate", "map_estimate", protocol.READER,
     )  # fmt: skip
 
     def __init__(self) -> None:
@@ -123,6 +128,24 @@ class MitsubaHost:
     def _cap_to_direction(self, given: Parameters, rows: int, point: Any, u: Any) -> list[Any]:
         view = _view_of(given, point)
         return [view.direction(u), view.pdf_solid_angle()]
+
+    def _finish(
+        self, given: Parameters, rows: int, normal: Any, outgoing: Any, incoming: Any,
+        transmittance: Any,
+    ) -> list[Any]:  # fmt: skip
+        """As a path has it: its BSDFs on a triangle, and what it draws from."""
+        finishes = Finishes([read(Reader(given["finish"], "finish"))])
+        sides = dr.zeros(mi.UInt32, 2)
+        si = dr.zeros(mi.SurfaceInteraction3f, rows)
+        si.n, si.sh_frame = mi.Normal3f(normal), mi.Frame3f(mi.Vector3f(normal))
+        si.wi, wo = si.to_local(mi.Vector3f(outgoing)), si.to_local(mi.Vector3f(incoming))
+        context, active = mi.BSDFContext(), dr.full(mi.Bool, True, rows)
+        reflected = FinishBSDF(finishes, sides).eval(context, si, wo, active)
+        lobe = SpreadBSDF(finishes, sides).eval(context, si, wo, active)
+        look = finishes.look(dr.zeros(mi.UInt32, rows), active)
+        parts = Parts.of(look, si.wi.z, mi.Color3f(transmittance))
+        mirrored = dr.select(look.sharp, look.reflectance(si.wi.z), 0)
+        return [reflected, mirrored, parts.spread * lobe, parts.straight]
 
     # The lamp in the world
 

@@ -1,4 +1,4 @@
-"""`purelight-view`: a picture of a bundle, without a renderer."""
+"""`purelight-view`: a picture of a bundle, without a renderer; or a page to turn it in."""
 
 from __future__ import annotations
 
@@ -14,7 +14,9 @@ from tqdm import tqdm
 from purelight_format import atomic, command
 from purelight_format.camera import Camera
 from purelight_format.errors import PureLightError, SpoiltWarning
+from purelight_format.networks.kinds import KINDS
 from purelight_format.srgb import png
+from purelight_onnx import web_page
 from purelight_onnx.luminaire import Luminaire
 from purelight_onnx.picture import write_exr
 from purelight_onnx.viewer import render
@@ -24,7 +26,28 @@ COMMAND = "purelight-view"
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Runs the command; returns 0, or 2 after a one-line error."""
-    return command.run(COMMAND, lambda: view(_parser().parse_args(argv)))
+    return command.run(COMMAND, lambda: _run(_parser().parse_args(argv)))
+
+
+def _run(options: argparse.Namespace) -> int:
+    return write_page(options) if options.web else view(options)
+
+
+def write_page(options: argparse.Namespace) -> int:
+    """Writes a page with the lamp inside."""
+    if options.output.suffix.lower() != ".html":
+        raise PureLightError(f"{options.output}: the page's name must end in .html")
+    plain = _parser().parse_args([str(options.bundle), "--output", str(options.output)])
+    kept = ("bundle", "output", "web", "threads")
+    idle = [k for k, v in vars(options).items() if k not in kept and v != getattr(plain, k)]
+    if idle:
+        raise PureLightError(f"--web writes a page, which has no use for --{idle[0]}")
+    atomic.check_file(options.output)
+    luminaire = Luminaire.open(options.bundle, threads=options.threads)
+    for name in luminaire.manifest.networks.keys() & KINDS.keys():
+        luminaire.network(name)  # The page refuses a lamp that misses its golden vectors.
+    web_page.write(options.output, luminaire.bundle)
+    return 0
 
 
 def view(options: argparse.Namespace) -> int:
@@ -67,6 +90,11 @@ def _parser() -> command.Parser:
     add = parser.add_argument
     add("bundle", type=Path, help="the lamp, a .plux file")
     add("--output", type=Path, required=True, help="picture.exr; a .png preview goes beside it")
+    add(
+        "--web",
+        action="store_true",
+        help="write page.html instead: the lamp in a page that opens in any browser, from disk",
+    )
     add("--size", type=int, default=256, help="pixels along each side")
     add("--spp", type=int, default=4, help="rays per pixel")
     add("--azimuth", type=float, default=30.0, help="degrees from +X")

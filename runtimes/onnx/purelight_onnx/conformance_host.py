@@ -10,9 +10,11 @@ from typing import Any
 import numpy as np
 
 from purelight_conformance import protocol
-from purelight_format import measures
+from purelight_format import measures, reflection
 from purelight_format.errors import PureLightError
 from purelight_format.measures import BoundingSphere, Placement
+from purelight_format.members import finishes
+from purelight_format.members.manifest_reader import Reader
 from purelight_format.networks.kinds import KINDS
 from purelight_onnx import lighting
 from purelight_onnx.luminaire import Luminaire
@@ -29,8 +31,8 @@ class OnnxHost:
     version = metadata.version("purelight")
     operations: tuple[str, ...] = (
         *KINDS, "frame", "square_to_disk", "disk_to_square", "cap", "cap_to_direction",
-        "direction_to_cap", "area_to_solid_angle", "instance_radiance", "instance_sample", "view",
-        "estimate", "map_estimate", protocol.READER,
+        "direction_to_cap", "area_to_solid_angle", "finish", "instance_radiance",
+        "instance_sample", "view", "estimate", "map_estimate", protocol.READER,
     )  # fmt: skip
 
     def __init__(self) -> None:
@@ -83,6 +85,10 @@ class OnnxHost:
 
     def _area_to_solid_angle(self, _: Parameters, **met: np.ndarray) -> Arrays:
         return {"pdf_solid_angle": measures.area_to_solid_angle(**met)}
+
+    def _finish(self, given: Parameters, **met: np.ndarray) -> Arrays:
+        finish = finishes.read(Reader(given["finish"], "finish"))
+        return vars(reflection.answer(finish, **met))
 
     # The lamp in the world
 

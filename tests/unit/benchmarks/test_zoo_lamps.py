@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from benchmarks.zoo.lamps import sanity, textures
+from benchmarks.zoo.lamps import textures
 from benchmarks.zoo.lamps.draw import Draw
 from benchmarks.zoo.lamps.families import FAMILIES
 from benchmarks.zoo.lamps.forms import Mesh
@@ -20,10 +20,17 @@ from benchmarks.zoo.lamps.pieces import Finish, Light, Piece
 from benchmarks.zoo.lamps.placement import Placement, shift, turn
 from benchmarks.zoo.lamps.plugin import bsdf
 from purelight_mitsuba import platform
+from tests.support import soundness
 
 ROUND = len(FAMILIES)
 MATT = Finish(bsdf("diffuse"), frozenset({"matt"}))
 PARTS = [(0, 9), *(pytest.param(s, ROUND, marks=pytest.mark.slow) for s in range(1, 9))]
+
+
+def faults(lamp: Lamp) -> list[str]:
+    return soundness.faults(
+        [soundness.Body(piece.name, piece.triangles, piece.solid) for piece in lamp.pieces]
+    )
 
 
 def files(folder: Path) -> dict[str, bytes]:
@@ -80,7 +87,7 @@ def test_every_lamp_is_sound(seed: int, count: int) -> None:
     """Closed bodies that do not meet, nothing inside a body, emitters, sizes within bounds."""
     for index in range(count):
         lamp = make(seed, index)
-        assert sanity.faults(lamp) == [], (seed, lamp.name)
+        assert faults(lamp) == [], (seed, lamp.name)
         names = [part.name for part in lamp.parts]
         assert len(set(names)) == len(names), (seed, lamp.name)
         description = lamp.description()
@@ -143,23 +150,23 @@ def lamp_of(*pieces: Piece) -> Lamp:
 
 def test_sound_lamps_have_no_faults() -> None:
     shell = [ball("outside", 1.0), ball("hollow", 0.9, hollow=True), ball("source", 0.3)]
-    assert sanity.faults(lamp_of(*shell)) == []
-    assert sanity.faults(lamp_of(*shell, ball("beside", 0.5, 2.0))) == []
+    assert faults(lamp_of(*shell)) == []
+    assert faults(lamp_of(*shell, ball("beside", 0.5, 2.0))) == []
 
 
 def test_planted_faults_are_found() -> None:
     whole = ball("whole", 1.0)
     mesh = whole.triangles.copy()
     mesh.update_faces(np.arange(len(mesh.faces)) > 0)
-    found = sanity.faults(lamp_of(replace(whole, form=Mesh(mesh))))
+    found = faults(lamp_of(replace(whole, form=Mesh(mesh))))
     assert found == ["whole is not closed"]
     mesh = whole.triangles.copy()
     mesh.vertices[3] = np.nan
-    found = sanity.faults(lamp_of(replace(whole, form=Mesh(mesh))))
+    found = faults(lamp_of(replace(whole, form=Mesh(mesh))))
     assert found == ["whole has corners that are no numbers"]
-    assert "whole and other meet" in sanity.faults(lamp_of(whole, ball("other", 1.0, 1.5)))
-    assert sanity.faults(lamp_of(whole, ball("inner", 0.5))) == ["inner stands in 1 bodies"]
-    assert sanity.faults(lamp_of(ball("hollow", 1.0, hollow=True))) == ["hollow stands in 0 bodies"]
+    assert "whole and other meet" in faults(lamp_of(whole, ball("other", 1.0, 1.5)))
+    assert faults(lamp_of(whole, ball("inner", 0.5))) == ["inner stands in 1 bodies"]
+    assert faults(lamp_of(ball("hollow", 1.0, hollow=True))) == ["hollow stands in 0 bodies"]
 
 
 # Places, sizes, files

@@ -23,6 +23,7 @@ PACKAGES = {
     "purelight_format": ROOT, "purelight_conformance": ROOT / "conformance",
     "purelight_onnx": ROOT / "runtimes/onnx", "purelight_mitsuba": ROOT / "runtimes/mitsuba",
     "purelight_train": ROOT / "training", "purelight_export": ROOT / "exporters",
+    "purelight_cpp": ROOT / "runtimes/cpp",
 }  # fmt: skip
 DOCTESTS = (
     "purelight_format.color", "purelight_format.measures", "purelight_format.validation.validate",

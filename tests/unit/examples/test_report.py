@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import io
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,9 +17,11 @@ from purelight_examples.stages import Record
 from purelight_format.color import LUMINANCE
 from purelight_format.measures import BoundingSphere
 from purelight_format.members.manifest import Manifest, NetworkInfo
+from purelight_format.verdict.words import judge
 from purelight_onnx.picture import write_exr
 from purelight_train.report.grading import Grade, heat, white_balance
 from purelight_train.report.page import Row, Shot, Table, write_page
+from tests.support.verdicts import FINE
 
 FLUX = (3.0, 1.2, 0.3)
 
@@ -61,9 +64,25 @@ def test_page_shows_the_errors_of_its_pictures(
     assert "Frosted globe" in page
     for text in ("9.9 %", "0.0 %", "1.2 %", "0.7 %", "0.0045", "2.5 MB", "12,345", "5.0 min"):
         assert text in page, text
-    assert not re.search(r'(src|href)="(?!data:)', page)
+    links = re.findall(r'(?:src|href)="(?!data:)([^"]*)', page)
+    assert links == ["lamp.html"]  # The lamp to walk around; all else is in the page
     assert (tmp_path / "room_accurate.png").is_file()
     assert (tmp_path / "lamp_asset.png").is_file()
+    # Fast is brighter by 10 % and nothing else is off: one scale for the three maps
+    ends = re.findall(r"\+(\d+) % of white", page)
+    assert len(ends) == 3
+    assert len(set(ends)) == 1
+    assert int(ends[0]) <= 10
+    assert 'class="cover"' not in page
+
+
+def test_the_lamps_verdict_comes_first(
+    tmp_path: Path, done: dict[str, Record], manifest: Manifest
+) -> None:
+    judged = replace(manifest, fidelity={"verdict": FINE.to_json()})
+    demo_report.write(tmp_path, "frosted_globe", done, judged)
+    page = (tmp_path / "report.html").read_text()
+    assert page.index(judge(FINE).caption) < page.index('class="wipe"')
 
 
 def test_page_escapes_what_it_is_given(tmp_path: Path) -> None:

@@ -51,7 +51,7 @@ def write(run_directory: Path) -> Callable[[Path], None]:
     manifest, members = calls[-1]
 
     def last_steps(output: Path) -> None:
-        module._beside(lamp, original(output, manifest, members))
+        module._beside(lamp, original(output, manifest, members), ("ies",))
 
     return last_steps
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import io
+import json
 import shutil
 from dataclasses import replace
 from pathlib import Path
@@ -10,6 +12,7 @@ import numpy as np
 import pytest
 import torch
 from photompy import IESFile
+from PIL import Image
 from pxr import Usd, UsdUtils
 
 from purelight_export import cli
@@ -22,9 +25,11 @@ from purelight_format.errors import PureLightError
 from purelight_format.networks.vectors import SIGNATURES
 from purelight_format.usd import asset_layer
 from purelight_format.validation.validate import validate
+from purelight_format.verdict.figures import read
 from purelight_onnx.luminaire import Luminaire
 from purelight_train.networks.student import Student
 from purelight_train.runs.run_directory import RunDirectory
+from tests.support.verdicts import FINE
 
 
 @pytest.fixture(scope="session")
@@ -49,6 +54,23 @@ def test_the_bundle_is_valid_and_complete(lamp: Path) -> None:
     assert next(iter(opened.entries)) == "test_lamp.usda"
     assert opened.read("preview.png").startswith(b"\x89PNG")
     assert b"/home" not in opened.data
+
+
+def test_a_verdict_is_exported_with_what_concerns_the_networks(
+    run_directory: Path, tmp_path: Path
+) -> None:
+    """Into the manifest, without what is said of a fast map left out; and on the preview."""
+    judged = shutil.copytree(run_directory, tmp_path / "run")
+    metrics = json.loads((judged / "metrics.json").read_text())
+    (judged / "metrics.json").write_text(json.dumps(metrics | {"verdict": FINE.to_json()}))
+    export(judged, tmp_path / "all.plux")
+    export(judged, tmp_path / "few.plux", networks=["sampler"])
+    whole, few = (Bundle.open(tmp_path / f"{name}.plux") for name in ("all", "few"))
+    assert read(whole.manifest.fidelity["verdict"]) == FINE
+    assert read(few.manifest.fidelity["verdict"]) == replace(FINE, fast=None)
+    assert whole.manifest.provenance["anchor"] == "none"
+    with Image.open(io.BytesIO(whole.read("preview.png"))) as picture:
+        assert picture.width == 256 < picture.height
 
 
 def test_an_opaque_lamp_has_no_transparency(run_directory: Path, tmp_path: Path) -> None:

@@ -36,6 +36,7 @@ LOWERED = {
     "sample_nanoseconds": (100, "PLX_ONNX_COST"),
     "array_bytes": (100, "PLX_NPY_TOO_LARGE"),
     "crowding": (1, "PLX_SURFACE_CROWDED"),
+    "finishes": (0, "PLX_MANIFEST_FINISH_COUNT"),
     "vectors": (7, "PLX_GOLDEN_SHAPE"),
     "golden_milliseconds": (0, "PLX_GOLDEN_COST"),
     "layer_bytes": (1000, "PLX_MEMBER_TOO_LARGE"),
@@ -54,7 +55,7 @@ def lowered(name: str, value: int) -> Limits:
 def test_a_lowered_limit_is_kept(name: str, tmp_path: Path) -> None:
     value, code = LOWERED[name]
     path = tmp_path / "lamp.plux"
-    path.write_bytes(lamp.seal_as_written())
+    path.write_bytes(bad.finished(bad.FINISH) if name == "finishes" else lamp.seal_as_written())
     limits = lowered(name, value)
     for report in (validate(path, limits), validate(path.read_bytes(), limits)):
         assert code in {issue.code.name for issue in report.errors}

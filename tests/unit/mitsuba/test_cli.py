@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ import pytest
 from purelight_mitsuba.cli import main
 from purelight_mitsuba.output import passes
 from tests.support import analytic_lamps as lamps
+from tests.support.verdicts import FINE
 
 SCENE = """<scene version="3.0.0">{integrator}
 <sensor type="perspective"><transform name="to_world">
@@ -22,6 +24,7 @@ SCENE = """<scene version="3.0.0">{integrator}
 <emitter type="purelight"><string name="filename" value="ball.plux"/></emitter>
 <shape type="rectangle"><transform name="to_world"><translate z="-0.5"/></transform></shape></scene>
 """
+LAMP = '<emitter type="purelight"><string name="filename" value="ball.plux"/></emitter>'
 FAST = '<integrator type="purelight"><string name="mode" value="fast"/></integrator>'
 
 
@@ -45,6 +48,23 @@ def test_writes_both_pictures(scene: Path, capsys: pytest.CaptureFixture[str]) -
     assert picture(output).max() > 1
     assert output.with_suffix(".png").read_bytes().startswith(b"\x89PNG")
     assert "2 samples per pixel, fast" in capsys.readouterr().out
+
+
+def test_fast_mode_warns_where_the_maker_advises_against_it(
+    scene: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Once for a bundle, and not in accurate mode, nor for a lamp that is good at it."""
+    assert FINE.fast is not None
+    bad = replace(FINE, fast=replace(FINE.fast, within=0.4))
+    scene.write_text(SCENE.replace("<shape type", f"{LAMP}<shape type").format(integrator=FAST))
+    for verdict, mode, count in ((bad, "fast", 1), (bad, "accurate", 0), (FINE, "fast", 0)):
+        ball = replace(lamps.ball(), fidelity={"verdict": verdict.to_json()})
+        ball.write(scene.with_name("ball.plux"))
+        output = str(scene.with_name("out.exr"))
+        assert main([str(scene), "--output", output, "--mode", mode]) == 0
+        lines = [x for x in capsys.readouterr().err.splitlines() if "warning: ball.plux" in x]
+        assert len(lines) == count
+        assert all("fast mode: not recommended" in x and "within ±40 %" in x for x in lines)
 
 
 def test_a_missing_folder_is_made(scene: Path) -> None:

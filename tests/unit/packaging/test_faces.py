@@ -12,7 +12,7 @@ import pytest
 
 PACKAGES = (
     "purelight_format", "purelight_conformance", "purelight_onnx", "purelight_mitsuba",
-    "purelight_train", "purelight_export",
+    "purelight_import", "purelight_train", "purelight_export", "purelight_shader",
 )  # fmt: skip
 
 
@@ -35,7 +35,7 @@ def test_packages_say_their_types(package: str) -> None:
     assert (Path(place) / "py.typed").is_file()
 
 
-@pytest.mark.parametrize("package", ["purelight_mitsuba", "purelight_train"])
+@pytest.mark.parametrize("package", ["purelight_mitsuba", "purelight_train", "purelight_import"])
 def test_a_wrong_name_is_an_attribute_error(package: str) -> None:
     with pytest.raises(AttributeError, match="has no attribute 'nothing'"):
         _ = importlib.import_module(package).nothing
@@ -45,8 +45,10 @@ def test_a_wrong_name_is_an_attribute_error(package: str) -> None:
     ("package", "heavy"),
     [
         ("purelight_train", "torch"),
+        ("purelight_import", "mitsuba"),
         ("purelight_export", "torch"),
         ("purelight_conformance", "onnx"),
+        ("purelight_shader", "onnx"),
     ],
 )
 def test_a_face_loads_nothing_heavy(package: str, heavy: str) -> None:

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[3]
-PACKAGES = ["format", "conformance", "train", "export", "onnx", "mitsuba", "examples"]
+PACKAGES = ["format", "conformance", "train", "import", "export", "onnx", "mitsuba", "examples"]
 
 
 @pytest.fixture(scope="module")
@@ -45,6 +45,10 @@ def test_wheel_holds_every_package(installed: Path, name: str) -> None:
     code = f"import purelight_{name} as package; print(package.__file__)"
     found = Path(run(installed.parent, "-c", code).stdout.strip())
     assert found.is_relative_to(installed)
+
+
+def test_the_page_for_browsers_is_in_the_wheel(installed: Path) -> None:
+    assert (installed / "purelight_onnx/page.html").stat().st_size > 1 << 18
 
 
 def test_validate_command_explains_a_missing_file(installed: Path) -> None:

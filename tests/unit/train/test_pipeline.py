@@ -252,6 +252,32 @@ def test_right_size(run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
         right_size.right_size(run, small, 10.0, "cpu")
 
 
+def test_the_portable_tier_is_trained_exported_and_stated(
+    run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from purelight_export.export import export
+    from purelight_format.bundle import Bundle
+    from purelight_format.summary import summary_text
+    from purelight_train.sizes import portable, right_size, sampling, student
+
+    monkeypatch.setattr(portable, "SHARES", (1.0,))
+    monkeypatch.setattr(student, "LINES", 1 << 16)
+    monkeypatch.setattr(student, "TRIAL", 10)
+    monkeypatch.setattr(student, "FULL", Optimisation(40, 1 << 10, 1e-2))
+    monkeypatch.setattr(sampling, "POINTS", 1 << 8)
+    monkeypatch.setattr(sampling, "SAMPLER", Optimisation(20, 1 << 9, 1e-2))
+    monkeypatch.setattr(sampling, "FAST_MAP", Optimisation(20, 1 << 5, 1e-2))
+    trials, _ = right_size.right_size(run, tmp_path / "small", None, "cpu")
+    assert len(trials) == 1
+    assert json.loads((tmp_path / "small" / "sizes.json").read_text())["tier"] == "portable"
+    for path, tier in ((tmp_path / "small", "portable"), (run, None)):
+        bundle = tmp_path / f"{path.name}.plux"
+        export(path, bundle)
+        found = Bundle.open(bundle)
+        assert found.manifest.tier == tier
+        assert ("tier          portable" in summary_text(found)) == (tier is not None)
+
+
 @pytest.mark.slow
 def test_killed_run_resumes(lamp: Path, run: Path, tmp_path: Path) -> None:
     """Kill -9 at random moments, resume until done: equal to the uninterrupted run."""

@@ -8,11 +8,17 @@ import numpy as np
 import pytest
 import torch
 
+from purelight_export import networks
 from purelight_format.measures import BoundingSphere
+from purelight_format.networks import tiers
+from purelight_format.networks.profile import inspect
 from purelight_train.light.description import Description
-from purelight_train.networks.student import Student
+from purelight_train.networks.fast_map import FastMap
+from purelight_train.networks.sampler import Sampler
+from purelight_train.networks.student import DEGREE, Student
 from purelight_train.networks.transparency import Transparency
-from purelight_train.presets import DRAFT, STANDARD, Preset
+from purelight_train.presets import DRAFT, PAPER, STANDARD, Preset
+from purelight_train.sizes import portable
 from purelight_train.sizes.ladder import SHARES, ladder, part_of, touched, unit_points
 from purelight_train.sizes.transparency import square_error
 
@@ -66,6 +72,39 @@ def test_transparencies_grow_to_the_preset(base: Preset) -> None:
     assert weights[0] < 0.1 * weights[-1]
     assert parts[-1][1] == base.transparency_network
     assert parts[-1][0].finest == base.transparency_grid.finest
+
+
+@pytest.mark.parametrize(
+    ("base", "anchor"), [(DRAFT, "none"), (STANDARD, "straight"), (PAPER, "both")]
+)
+def test_the_portable_tier_holds_in_what_is_exported(base: Preset, anchor: str) -> None:
+    preset = base.for_route("photons", anchor=anchor)
+    rungs = portable.students(preset, Disk(), np.random.default_rng(0))  # type: ignore[arg-type]
+    assert 1 <= len(rungs) <= len(portable.SHARES)
+    largest = max(rungs, key=lambda rung: rung.macs).preset
+    model = networks.appearance(Student(LAMP, largest))
+    assert tiers.fault(tiers.PORTABLE, model, "appearance") == ""
+    sizes = [largest.student_grid, *largest.anchors.values()]
+    macs = portable.surface_macs(sizes, largest.student_network, DEGREE)
+    assert macs == inspect(model, "appearance").macs_per_sample
+    wider = replace(largest.student_network, width=largest.student_network.width + 32)
+    assert not portable.fits(sizes, wider, DEGREE)
+    sized = next(portable.transparencies(preset))
+    model = networks.transparency(Transparency(LAMP, sized))
+    assert tiers.fault(tiers.PORTABLE, model, "transparency") == ""
+
+
+def test_what_samples_a_portable_lamp_is_portable() -> None:
+    sized = portable.sampling(STANDARD)
+    for network, model in (
+        ("sampler", networks.sampler(Sampler(LAMP, sized))),
+        ("sampler_pdf", networks.sampler_pdf(Sampler(LAMP, sized))),
+        ("fast_map", networks.fast_map(FastMap(LAMP, sized))),
+    ):
+        assert tiers.fault(tiers.PORTABLE, model, network) == ""
+    assert "multiply-adds" in tiers.fault(
+        tiers.PORTABLE, networks.sampler(Sampler(LAMP, STANDARD)), "sampler"
+    )
 
 
 def test_square_error_tells_right_from_wrong_through_noise() -> None:

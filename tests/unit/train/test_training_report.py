@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import io
 import re
+from html import escape
 from pathlib import Path
 from typing import Any
 
@@ -73,23 +74,54 @@ def pixels(uri: str) -> Any:
 def test_views_measure_what_they_show(glowing: dict[str, Any]) -> None:
     """The right student has next to no error, one 20 % too bright has 20 %."""
     from purelight_train.report.views import LampViews
+    from purelight_train.verdict.look import views
 
-    parts = {k: glowing[k] for k in ("description", "scene", "surface")}
-    right = glowing["radiance"]
-    views = LampViews(**parts, student=right, teacher=lambda *q: 1.2 * right(*q), paths=1 << 21)
-    rows = views.rows()
+    right, sphere = glowing["radiance"], glowing["description"].sphere
+    seen = views(glowing["scene"], sphere, glowing["surface"], right, 1 << 20, 1, 7)
+    lamp = glowing["description"], glowing["surface"]
+    rows = LampViews(*lamp, seen, teacher=lambda *q: 1.2 * right(*q)).rows()
     assert [row.heading for row in rows] == ["From the side", "From below", "From above"]
     for row in rows:
-        reference, teacher, student, _ = row.shots
+        reference, teacher, student, difference = row.shots
         assert (reference.title, teacher.title, student.title) == (
             "Reference", "Teacher", "Student",
         )  # fmt: skip
-        off, noise = (
-            float(shot.figures["MAPE, noise taken out"].split()[0]) for shot in (teacher, student)
-        )
+        figures = [shot.figures for shot in (teacher, student)]
+        off, noise = (float(f["error, noise taken out"].split()[0]) for f in figures)
         assert off == pytest.approx(20, abs=1.5)
         assert noise < 2
+        assert float(figures[0]["brightness"].split()[0]) == pytest.approx(20, abs=1.5)
         assert pixels(teacher.uri)[64, 64].mean() > pixels(student.uri)[64, 64].mean()
+        assert difference.scale.endswith("% of white")
+        assert pixels(difference.uri)[64, 64].max() < 130  # next to none: near black
+
+
+def test_differences_are_shown_with_their_sign_and_never_saturate() -> None:
+    from purelight_train.report import difference
+
+    apart = np.array([[-0.15, -0.05, 0.0, 0.05, 0.15]])
+    scale = difference.shown_scale(apart)
+    assert scale == 0.2
+    red, _, blue = pixels(difference.shown(apart, scale))[0].astype(int).T
+    assert (red[3:] > blue[3:] + 50).all()
+    assert (blue[:2] > red[:2] + 50).all()
+    assert max(red[2], blue[2]) < 30
+    brightness = pixels(difference.shown(apart, scale))[0].sum(-1)
+    assert brightness[0] > brightness[1] > brightness[2] < brightness[3] < brightness[4]
+    assert difference.shown_scale(np.ones((2, 2))) == 1.0
+    assert "linear-gradient" in difference.gradient()
+
+
+def test_the_verdict_comes_first(tmp_path: Path) -> None:
+    from purelight_format.verdict.words import judge
+    from tests.support.verdicts import FINE
+
+    page = write(tmp_path, {**METRICS, "verdict": FINE.to_json()})
+    told = judge(FINE)
+    assert told.caption in page
+    for line in told.lines:
+        assert escape(line) in page
+    assert page.index(told.caption) < page.index("Where the light went")
 
 
 def test_cap_maps_compare_with_the_light(glowing: dict[str, Any]) -> None:
@@ -107,17 +139,24 @@ def test_cap_maps_compare_with_the_light(glowing: dict[str, Any]) -> None:
     for shot in rows[2].shots:
         assert int(re.findall(r"(\d+) %", shot.title)[0]) > 96
     for shot in rows[4].shots:
-        assert int(re.findall(r"(\d+) %", shot.title)[0]) < 6
+        assert abs(int(shot.figures["light"].split()[0])) < 6
+        assert int(shot.figures["in other cells"].split()[0]) < 4
 
 
 def write(folder: Path, metrics: dict[str, Any]) -> str:
+    from purelight_train.light.description import Description
     from purelight_train.report.training import TrainingReport
     from purelight_train.runs.run_directory import RunDirectory
 
     run = RunDirectory(folder)
     run.write_json("metrics.json", metrics)
-    config = {"luminaire": "C:\\lamps\\my_<lamp>.xml", "preset": {"name": "draft"}}
-    run.write_json("config.json", {**config, "route": "photons"})
+    config = {
+        "luminaire": "C:\\lamps\\my_<lamp>.xml", "preset": {"name": "draft", "anchor": "none"},
+        "route": "photons", "digest": "0" * 64, "seed": 0,
+    }  # fmt: skip
+    run.write_json("config.json", config)
+    about = Description(SPHERE, (1.0, 0.5, 0.0), (0.0,) * 3, 1.0, (True, True, False), 0.1, 1)
+    run.write_json("description.json", about.to_dict())
     run.save("student", torch.nn.Linear(1, 1), {})
     TrainingReport(run, []).write()
     return (folder / "report.html").read_text()

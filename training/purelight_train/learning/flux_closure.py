@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from purelight_format.measures import flux_estimate
 from purelight_train.learning.reference_rays import ReferenceRays
-from purelight_train.light.radiance_field import Radiance
+from purelight_train.light.radiance_field import Float, Radiance
 
 PASS = 1 << 18
 LIFT = 1e-4  # radii
@@ -37,17 +37,30 @@ def escaping_flux(
     Returns:
         flux and standard error in W per channel, each [3].
     """
-    surface = references.chart.surface
     first, second, count = np.zeros(3), np.zeros(3), 0
     while count < most:
-        position, normal, outgoing, log_ratio = references.sample(PASS, rng)
-        pdf_projected = np.exp(log_ratio.astype(np.float64)) / math.pi
-        value = flux_estimate(radiance(position, normal, outgoing), 1 / surface.area, pdf_projected)
-        lifted = position + LIFT * surface.sphere.radius * normal
-        value[surface.intersect(lifted, outgoing).index] = 0
+        _, _, value = escaping_rays(references, radiance, PASS, rng)
         first, second, count = first + value.sum(0), second + (value**2).sum(0), count + PASS
         mean = first / count
         error = np.sqrt(np.maximum(second / count - mean**2, 0) / count)
         if (error <= precision * mean).all():
             break
     return mean, error
+
+
+def escaping_rays(
+    references: ReferenceRays, radiance: Radiance, count: int, rng: np.random.Generator
+) -> tuple[Float, Float, NDArray[np.float64]]:
+    """Rays that leave the surface, and the power of each: the mean over all is the flux.
+
+    Returns:
+        position, outgoing direction, and power in W per channel, three of [count, 3]; those that
+        meet the lamp again have no power.
+    """
+    surface = references.chart.surface
+    position, normal, outgoing, log_ratio = references.sample(count, rng)
+    pdf_projected = np.exp(log_ratio.astype(np.float64)) / math.pi
+    value = flux_estimate(radiance(position, normal, outgoing), 1 / surface.area, pdf_projected)
+    lifted = position + LIFT * surface.sphere.radius * normal
+    value[surface.intersect(lifted, outgoing).index] = 0
+    return position, outgoing, value

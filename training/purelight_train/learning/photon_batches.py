@@ -13,8 +13,9 @@ from torch import Tensor
 from purelight_train.learning.reference_rays import ReferenceRays
 from purelight_train.light.description import Description
 from purelight_train.light.exit_records import ExitRecords, settle
-from purelight_train.light.light_tracing import BATCH, trace_records
+from purelight_train.light.light_tracing import BATCH
 from purelight_train.light.luminaire import Luminaire
+from purelight_train.light.measured_luminaire import MeasuredLuminaire
 
 Float = NDArray[np.float32]
 Chunk = tuple[Tensor, ...]
@@ -74,7 +75,7 @@ class PhotonBatches:
 
     def __init__(
         self,
-        luminaire: Luminaire,
+        luminaire: Luminaire | MeasuredLuminaire,
         description: Description,
         reference_rays: ReferenceRays,
         device: torch.device,
@@ -93,8 +94,7 @@ class PhotonBatches:
         self.references.restart()
 
     def _photons(self, number: int) -> Chunk:
-        surface = self.luminaire.exit_surface
-        records = trace_records(self.luminaire.scene, BATCH, number, surface=surface)
+        records = self.luminaire.trace(BATCH, number)
         columns = seen_photons(records, self.reference_rays, self.flux)
         rng, count = np.random.default_rng([number, 1]), len(columns[0])
         order = np.concatenate([rng.permutation(count) for _ in range(USES)])

@@ -12,8 +12,9 @@ from torch import Tensor, nn
 from purelight_train.light.description import Description
 from purelight_train.light.exit_records import ExitRecords, settle
 from purelight_train.light.exit_surface import ExitSurface
-from purelight_train.light.light_tracing import BATCH, trace_records
+from purelight_train.light.light_tracing import BATCH
 from purelight_train.light.luminaire import Luminaire
+from purelight_train.light.measured_luminaire import MeasuredLuminaire
 from purelight_train.light.positional_density import PositionalDensity
 from purelight_train.light.ray_chart import direction_to_square
 from purelight_train.networks.coupling_flow import CouplingFlow
@@ -109,7 +110,7 @@ class FreshBatches:
     it has records.
     """
 
-    def __init__(self, luminaire: Luminaire, device: torch.device) -> None:
+    def __init__(self, luminaire: Luminaire | MeasuredLuminaire, device: torch.device) -> None:
         self.luminaire, self.device = luminaire, device
         self.batches: PowerBatches | None = None
         self.left = 0
@@ -117,10 +118,8 @@ class FreshBatches:
     def draw(self, rng: np.random.Generator, size: int) -> tuple[Tensor, Tensor, Tensor, Tensor]:
         """As `PowerBatches.draw`."""
         if self.batches is None or self.left <= 0:
-            surface = self.luminaire.exit_surface
-            seed = int(rng.integers(1 << 31))
-            records = trace_records(self.luminaire.scene, BATCH, seed, surface=surface)
-            settled, _ = settle(records, surface)
+            records = self.luminaire.trace(BATCH, int(rng.integers(1 << 31)))
+            settled, _ = settle(records, self.luminaire.exit_surface)
             self.batches, self.left = PowerBatches(settled, self.device), len(settled)
         self.left -= size
         return self.batches.draw(rng, size)

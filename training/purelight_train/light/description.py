@@ -12,6 +12,7 @@ from purelight_format.measures import BoundingSphere
 if TYPE_CHECKING:  # they need Mitsuba, which an exporter does not
     from purelight_train.light.exit_records import ExitRecords
     from purelight_train.light.luminaire import Luminaire
+    from purelight_train.light.measured_luminaire import MeasuredLuminaire
 
 R_MAX = 15.0
 
@@ -45,7 +46,7 @@ class Description:
     index: float = 1.0
 
     @staticmethod
-    def of(records: ExitRecords, luminaire: Luminaire) -> Description:
+    def of(records: ExitRecords, luminaire: Luminaire | MeasuredLuminaire) -> Description:
         """Describe the lamp whose light was recorded."""
         surface = luminaire.exit_surface
         present = np.array(records.channels)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from purelight_train.light.exit_surface import NEAR, ExitSurface
+from purelight_train.light.exit_surface import NEAR, ExitSurface, Hits
 
 Float = NDArray[np.float32]
 
@@ -33,6 +33,7 @@ class ExitRecords:
         cut: paths ended early because they were too long.
         needles: sum of the weights that left, over the channels, of light of emitters without area
             which nothing but smooth surfaces met: rays, where a picture needs radiance.
+        counted: whether `paths` is itself a matter of chance, as the number of measured rays is.
     """
 
     position: Float
@@ -46,6 +47,7 @@ class ExitRecords:
     dropped: int = 0
     cut: int = 0
     needles: float = 0.0
+    counted: bool = False
 
     def __len__(self) -> int:
         return len(self.position)
@@ -62,10 +64,11 @@ class ExitRecords:
 
     @cached_property
     def flux_error(self) -> NDArray[np.float64]:
-        """Standard error of `flux`, [3] in W."""
+        """Standard error of `flux`, [3] in W; that of a count (Poisson) where `counted`."""
         square = np.square(self.weight, dtype=np.float64)
         second = square.sum(0, where=self.escaped[:, None]) / self.paths
-        return np.sqrt(np.maximum(second - self.flux**2, 0) / self.paths)
+        known = 0.0 if self.counted else self.flux**2
+        return np.sqrt(np.maximum(second - known, 0) / self.paths)
 
     @property
     def channels(self) -> tuple[bool, bool, bool]:
@@ -84,11 +87,11 @@ class ExitRecords:
             name: np.concatenate([getattr(p, name) for p in parts]) for name in _COLUMNS
         }
         counts: dict[str, Any] = {name: sum(getattr(p, name) for p in parts) for name in _COUNTS}
-        return ExitRecords(**columns, **counts)
+        return ExitRecords(**columns, **counts, counted=any(p.counted for p in parts))
 
 
 _COUNTS = ("paths", "dropped", "cut", "needles")
-_COLUMNS = tuple(f.name for f in fields(ExitRecords) if f.name not in _COUNTS)
+_COLUMNS = tuple(f.name for f in fields(ExitRecords) if f.name not in (*_COUNTS, "counted"))
 
 
 def settle(records: ExitRecords, surface: ExitSurface) -> tuple[ExitRecords, NDArray[np.int64]]:
@@ -96,8 +99,9 @@ def settle(records: ExitRecords, surface: ExitSurface) -> tuple[ExitRecords, NDA
 
     A viewer looks back along the light, from outside of the lamp or, for light that meets the lamp
     again, from half of the way there. Position and geometric normal become those of what the
-    viewer meets; light for which that is another place, or the inner side of a wall, is left out
-    (a few in a thousand where analytic shapes are tessellated, and bare sources without area).
+    viewer meets, which may be a virtual surface that the light passes; light for which that is
+    another place, or the inner side of a wall, is left out (a few in a thousand where analytic
+    shapes are tessellated, and bare sources without area).
 
     Returns:
         the records kept, and the triangle of each: [N].
@@ -109,12 +113,23 @@ def settle(records: ExitRecords, surface: ExitSurface) -> tuple[ExitRecords, NDA
     distance = np.linalg.norm(hits.position - records.position[index], axis=1)
     near = distance < np.minimum(NEAR * radius, 0.5 * reach[index, 0])
     near &= records.escaped[index] | hits.front | surface.two_sided[hits.triangle]
+    passed = _passed(records.take(index), surface, hits)
+    near |= passed
     kept = records.take(index[near])
     normal = hits.normal[near]
     facing = np.einsum("nd,nd->n", kept.shading, normal)[:, None]
-    shading = np.where(kept.bare[:, None], normal, kept.shading * np.sign(facing))
+    flat = (kept.bare | passed[near])[:, None]
+    shading = np.where(flat, normal, kept.shading * np.sign(facing))
     settled = replace(kept, position=hits.position[near], normal=normal, shading=shading)
     return settled, hits.triangle[near].astype(np.int64)
+
+
+def _passed(records: ExitRecords, surface: ExitSurface, hits: Hits) -> NDArray[np.bool_]:
+    """Which light passes a virtual part of the surface on its way to who looks back: [N]."""
+    if surface.virtual is None:
+        return np.zeros(len(records), bool)
+    ahead = np.einsum("nd,nd->n", hits.position - records.position, records.direction) >= 0
+    return ahead & hits.front & surface.virtual[hits.triangle]
 
 
 def triangle_flux(records: ExitRecords, triangle: NDArray[np.int64], triangles: int) -> Float:

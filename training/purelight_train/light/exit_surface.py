@@ -72,12 +72,19 @@ class ExitSurface:
         two_sided: [T] thin sheets that are seen, and so emit, from both sides.
         vertex_normals: [V, 3] unit normals of the scene's own shading, zero where it is flat;
             flat everywhere if None.
+        virtual: [T] mere places that light passes straight, where measured rays come from; none
+            if None.
+        source: [T] which of the triangles it was made from each is; None if nobody asks.
+        turned: [T] whether their winding is the other way round there.
     """
 
     positions: Float
     triangles: NDArray[np.uint32]
     two_sided: NDArray[np.bool_]
     vertex_normals: Float | None = None
+    virtual: NDArray[np.bool_] | None = None
+    source: NDArray[np.int64] | None = None
+    turned: NDArray[np.bool_] | None = None
 
     @cached_property
     def sphere(self) -> BoundingSphere:
@@ -257,7 +264,8 @@ def visible_part(
     rays from the missed triangles find it. Neighbours (triangles that share a vertex with a seen
     one) close the pinholes that are left.
     """
-    triangles = proper(positions, triangles)
+    proper = _proper(positions, triangles)
+    triangles = triangles[proper]
     whole = ExitSurface(positions, triangles, np.zeros(len(triangles), bool))
     origin, direction = inward_rays(whole.sphere, rays, rng, cosine=True)
     hits = whole.intersect(origin, direction)
@@ -283,7 +291,9 @@ def visible_part(
     used, compact = np.unique(facing_out[keep], return_inverse=True)
     normals = None if vertex_normals is None else vertex_normals[used]
     faces = compact.reshape(-1, 3).astype(np.uint32)
-    return ExitSurface(positions[used], faces, two_sided[keep], normals)
+    return ExitSurface(
+        positions[used], faces, two_sided[keep], normals, source=proper[keep], turned=turned[keep]
+    )
 
 
 def _leaving(
@@ -335,8 +345,8 @@ def cosine_directions(normal: Float, rng: np.random.Generator) -> Float:
     return direction.astype(np.float32)
 
 
-def proper(positions: Float, triangles: NDArray[np.uint32]) -> NDArray[np.uint32]:
-    """The triangles that have an area, each once.
+def _proper(positions: Float, triangles: NDArray[np.uint32]) -> NDArray[np.int64]:
+    """Indices of the triangles that have an area, each once.
 
     Raises:
         PureLightError: there are none.
@@ -344,9 +354,11 @@ def proper(positions: Float, triangles: NDArray[np.uint32]) -> NDArray[np.uint32
     a, b, c = positions.astype(np.float64)[triangles.T]
     area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
     edge = np.maximum(((b - a) ** 2).sum(1), ((c - a) ** 2).sum(1))
-    solid = triangles[area > 1e-9 * edge]
+    solid = np.flatnonzero(area > 1e-9 * edge)
     if not len(solid):
         raise PureLightError("the lamp's shapes have no area; give it a surface to be seen")
     _, corner = np.unique(positions, axis=0, return_inverse=True)
-    _, first = np.unique(np.sort(corner.reshape(-1)[solid], 1), axis=0, return_index=True)
-    return solid[np.sort(first)]
+    key = np.sort(corner.reshape(-1)[triangles[solid]], 1)
+    _, first = np.unique(key, axis=0, return_index=True)
+    result: NDArray[np.int64] = solid[np.sort(first)]
+    return result

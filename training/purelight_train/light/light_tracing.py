@@ -141,7 +141,8 @@ def trace_paths(lamp: Lamp, sampler: mi.Sampler, visit: Visit | None = None) -> 
     crossing = Crossing(dr.zeros(Exit), mi.Float(0), mi.Float(0))
     fate = dr.select(dr.isfinite(emitted), mi.UInt32(ABSORBED), BROKEN)
     sharp = start.emitter.get_shape() == dr.zeros(mi.ShapePtr)
-    needle = mi.Bool(sharp)
+    # Rays of a ray file are samples of a source that has an area
+    needle = sharp & ~mi.has_flag(start.emitter.flags(), mi.EmitterFlags.SpatiallyVarying)
     active = emitted > 0
     while active:
         si = lamp.scene.ray_intersect(ray, mi.RayFlags.All, coherent=False, active=active)

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import hashlib
 import warnings
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -15,12 +17,19 @@ import trimesh
 from numpy.typing import NDArray
 
 from purelight_format.errors import PureLightError
+from purelight_train.light.emission import Emission
+from purelight_train.light.exit_records import ExitRecords
 from purelight_train.light.exit_surface import ExitSurface, inward_rays, visible_part
 from purelight_train.light.interfaces import Interfaces
+from purelight_train.light.light_tracing import BATCH, trace_records
+from purelight_train.light.plugins import ray_file_plugin
+from purelight_train.light.rays import scene_extent
+from purelight_train.light.virtual_surface import hull
 
 VISIBILITY_RAYS = 1 << 21
 LEAST_SEEN = 50  # rays, to judge a shape by
 FLAT_COSINE = 0.9999  # between a corner's normal and its facet's, where a mesh is flat
+RAY_HULL_SIDES = 96
 SECTIONS = 128  # of analytic disks and cylinders
 
 
@@ -37,6 +46,22 @@ class Luminaire:
     exit_surface: ExitSurface
     digest: str
     index: float = 1.0
+    opaque: bool = False  # Whether nothing can be seen through it, whatever it is made of.
+
+    @cached_property
+    def emission(self) -> Emission:
+        """Its emitters."""
+        return Emission.of(self.scene, dr.opaque(mi.Float, scene_extent(self.scene)))
+
+    def trace(
+        self, paths: int, seed: int, progress: Callable[[int], None] = lambda _: None
+    ) -> ExitRecords:
+        """Light of at least so many paths, and of paths' crossings; see `trace_records`."""
+        return trace_records(self.scene, paths, seed, progress, self.exit_surface)
+
+    def held_out(self, seed: int) -> ExitRecords:
+        """Light that no network is trained on."""
+        return self.trace(BATCH, seed)
 
 
 def load_luminaire(path: str | Path, seed: int = 0) -> Luminaire:
@@ -50,9 +75,37 @@ def load_luminaire(path: str | Path, seed: int = 0) -> Luminaire:
     scene = _load_scene(path)
     _check_emitters(path, scene)
     rng = np.random.default_rng([seed, 1])
-    surface = visible_part(*scene_triangles(scene), VISIBILITY_RAYS, rng)
+    surface = _exit_surface(scene, rng)
     _check_glass(scene, surface)
     return Luminaire(path, scene, surface, scene_digest(path), exit_index(scene, surface))
+
+
+def _exit_surface(scene: mi.Scene, rng: np.random.Generator) -> ExitSurface:
+    """What is seen of the lamp's shapes, and of hulls around the rays of its ray files."""
+    positions, triangles, normals = scene_triangles(scene)
+    plugin = ray_file_plugin()
+    hulls = [
+        hull(emitter.rays.position.astype(np.float64), RAY_HULL_SIDES)
+        for emitter in scene.emitters() if isinstance(emitter, plugin)
+    ]  # fmt: skip
+    for vertices, faces in hulls:
+        triangles = np.concatenate([triangles, faces + np.uint32(len(positions))])
+        positions = np.concatenate([positions, vertices])
+        normals = np.concatenate([normals, np.zeros_like(vertices)])
+    surface = visible_part(positions, triangles, normals, VISIBILITY_RAYS, rng)
+    if not hulls:
+        return surface
+    known = _among(surface.positions, np.concatenate([vertices for vertices, _ in hulls]))
+    return replace(surface, virtual=np.asarray(known[surface.triangles].all(axis=1), bool))
+
+
+def _among(points: NDArray[np.float32], others: NDArray[np.float32]) -> NDArray[np.bool_]:
+    """Which points [N, 3] are exactly one of others: [N]."""
+    whole, place = np.unique(np.concatenate([others, points]), axis=0, return_inverse=True)
+    known = np.zeros(len(whole), bool)
+    known[place.ravel()[: len(others)]] = True
+    found: NDArray[np.bool_] = known[place.ravel()[len(others) :]]
+    return found
 
 
 def exit_index(scene: mi.Scene, surface: ExitSurface) -> float:
@@ -78,10 +131,16 @@ def scene_digest(path: Path) -> str:
 def _load_scene(path: Path) -> mi.Scene:
     if not path.is_file():
         raise PureLightError(f"{path}: no such file; give a Mitsuba 3 scene (.xml) of a lamp")
+    ray_file_plugin()
     try:
-        scene = mi.load_file(str(path.resolve()))
+        # Mitsuba would join meshes of one material, forget their names, and fail where some are
+        # flipped
+        scene = mi.load_file(str(path.resolve()), optimize=False)
     except Exception as error:
         reason = " ".join(str(error).split())
+        _, ours, told = reason.rpartition(f"{PureLightError.__name__}: ")
+        if ours:  # of a plugin
+            raise PureLightError(f"{path}: {told}") from None
         raise PureLightError(f"{path}: not a Mitsuba 3 scene: {reason[-300:]}") from None
     if not isinstance(scene, mi.Scene):
         raise PureLightError(f"{path}: the file holds no <scene>; wrap the lamp's shapes in one")
@@ -99,7 +158,7 @@ def _check_emitters(path: Path, scene: mi.Scene) -> None:
                 "point or spot emitters"
             )
     for shape in scene.shapes():
-        if shape.is_emitter() and shape.is_mesh() and _mesh(shape)[2] is not None:
+        if shape.is_emitter() and shape.is_mesh() and shape_mesh(shape)[2] is not None:
             warnings.warn(
                 f"emitter mesh '{shape.id()}' has smooth normals, which biases its emission; "
                 "set face_normals to true",
@@ -144,7 +203,7 @@ def scene_triangles(
     """
     positions, triangles, normals, count = [], [], [], 0
     for shape in scene.shapes():
-        vertices, faces, smooth = _mesh(shape)
+        vertices, faces, smooth = shape_mesh(shape)
         positions.append(vertices)
         triangles.append(faces + count)
         normals.append(np.zeros_like(vertices) if smooth is None else smooth)
@@ -154,6 +213,11 @@ def scene_triangles(
         np.concatenate(triangles).astype(np.uint32),
         np.concatenate(normals).astype(np.float32),
     )
+
+
+def triangle_counts(scene: mi.Scene) -> list[int]:
+    """How many of the triangles of `scene_triangles` each shape has."""
+    return [len(shape_mesh(shape)[1]) for shape in scene.shapes()]
 
 
 Part = tuple[NDArray[Any], NDArray[Any], NDArray[Any] | None]
@@ -173,7 +237,7 @@ def _bent_normals(
     return normals if bent.any() else None
 
 
-def _mesh(shape: mi.Shape) -> Part:
+def shape_mesh(shape: mi.Shape) -> Part:
     """Vertices, faces and normals of the vertices, None where they are flat."""
     parameters, kind = mi.traverse(shape), mi.ShapeType(shape.shape_type()).name
     if "vertex_positions" in parameters:  # rectangles call themselves meshes, without any

@@ -66,8 +66,17 @@ class Light:
         return dr.select(self.scattered, self.direction, on_line)
 
 
+@dataclass(frozen=True)
+class Passing:
+    """Random transmittances of lines, [N, 3]: of all that passes, and of what was scattered."""
+
+    all: NDArray[np.float32]
+    scattered: NDArray[np.float32]
+
+
 @dr.syntax
-def _transmitted(lamp: Materials, ray: mi.Ray3f, sampler: mi.Sampler) -> mi.Color3f:
+def _transmitted(lamp: Materials, ray: mi.Ray3f, sampler: mi.Sampler) -> tuple[mi.Color3f, mi.Bool]:
+    """The transmittance of lines, and whether that is light which has left its line."""
     line, medium = mi.Vector3f(ray.d), dr.zeros(mi.MediumPtr)
     light = Light(
         mi.Color3f(1), mi.Bool(True), mi.Vector3f(ray.d), dr.zeros(mi.Normal3f), mi.Bool(False)
@@ -94,7 +103,7 @@ def _transmitted(lamp: Materials, ray: mi.Ray3f, sampler: mi.Sampler) -> mi.Colo
         active &= (depth < MAX_DEPTH) & (events < MAX_EVENTS)
     ended = (depth < MAX_DEPTH) & (events < MAX_EVENTS)
     ahead = dr.select(light.scattered, dr.dot(light.direction, line) > 0, light.forward)
-    return dr.select(ended & ahead, light.weight, 0)
+    return dr.select(ended & ahead, light.weight, 0), light.scattered
 
 
 def _fly(
@@ -162,6 +171,16 @@ def transmittance_samples(
 ) -> NDArray[np.float32]:
     """A random transmittance of each line, whose mean is the line's: [N, 3], [N, 3] -> [N, 3].
 
+    Arguments: as those of `transmittance_parts`.
+    """
+    return transmittance_parts(scene, origin, direction, seed).all
+
+
+def transmittance_parts(
+    scene: mi.Scene, origin: NDArray[np.float32], direction: NDArray[np.float32], seed: int
+) -> Passing:
+    """Random transmittances of lines, whose means are the lines', and what of that is scattered.
+
     Arguments:
         scene: that holds only the lamp; its emitters do not count.
         origin: outside of the lamp's solids, in metres.
@@ -169,6 +188,7 @@ def transmittance_samples(
         seed: of the random numbers.
     """
     lamp, result = Materials(scene), np.empty((len(origin), 3), np.float32)
+    scattered = np.zeros(len(origin), bool)
     for batch, start in enumerate(range(0, len(origin), BATCH)):
         part = slice(start, start + BATCH)
         sampler = mi.load_dict({"type": "independent"})
@@ -176,5 +196,8 @@ def transmittance_samples(
         columns = (np.ascontiguousarray(a[part].T) for a in (origin, direction))
         point, toward = columns
         ray = mi.Ray3f(mi.Point3f(point), mi.Vector3f(toward))
-        result[part] = np.array(_transmitted(lamp, ray, sampler)).T
-    return np.nan_to_num(result, nan=0.0, posinf=1.0)
+        weight, left = _transmitted(lamp, ray, sampler)
+        dr.eval(weight, left)
+        result[part], scattered[part] = np.array(weight).T, np.array(left)
+    found = np.nan_to_num(result, nan=0.0, posinf=1.0)
+    return Passing(found, np.where(scattered[:, None], found, 0))

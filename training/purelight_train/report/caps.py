@@ -58,7 +58,9 @@ class CapMaps:
             "Where the sampler looks": "Its density on the same scale, and what part of it and of "
             "the light above are the same.",
             "What a fast map should be": "Means of the light over 16 x 16 cells.",
-            "What the fast map is": "Same exposure, and the mean error of its cells.",
+            "What the fast map is": "Same exposure. What lights a matt surface is the sum of the "
+            "cells; light in other cells than it should be in shows where shadows end and in "
+            "reflections.",
         }
         rows = zip(headings.items(), zip(*columns, strict=True), strict=True)
         return [Row(heading, words, shots) for (heading, words), shots in rows]
@@ -75,7 +77,11 @@ class CapMaps:
         share /= max(share.mean(), 1e-300)
         white = float(np.percentile(share, 99)) or 1.0
         cells, side = means(light, SIDE // len(fast)), SIDE // len(fast)
-        error = np.abs(fast - cells).mean() / max(cells.mean(), 1e-300)
+        level = max(cells.mean(), 1e-300)
+        figures = {
+            "light": f"{100 * (fast.mean() / level - 1):+.0f} %",
+            "in other cells": f"{50 * np.abs(fast - cells).mean() / level:.0f} %",
+        }
         common = np.minimum(density / density.mean(), share).mean()
         large = np.ones((side, side, 1))
         return [
@@ -83,7 +89,7 @@ class CapMaps:
             Shot("Light", heat(share, white)),
             Shot(f"Sampler: {100 * common:.0f} % the same", heat(density, white)),
             Shot("Light in cells", grade.uri(np.kron(cells, large))),
-            Shot(f"Fast map: {100 * error:.0f} % off", grade.uri(np.kron(fast, large))),
+            Shot("Fast map", grade.uri(np.kron(fast, large)), figures),
         ]
 
     def _points(self) -> NDArray[np.float32]:

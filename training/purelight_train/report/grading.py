@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from purelight_format.color import LUMINANCE
-from purelight_format.srgb import png
+from purelight_format.srgb import decode, encode, plain_png, tone
 
 Image = NDArray[np.floating[Any]]
 
@@ -25,17 +25,27 @@ class Grade:
 
     def uri(self, image: Image) -> str:
         """The graded picture as a `data:` address."""
-        encoded = png(image * np.asarray(self.gains), self.stops)
-        return "data:image/png;base64," + base64.b64encode(encoded).decode()
+        return data_uri(encode(self._toned(image)))
+
+    def shown(self, image: Image) -> NDArray[np.float64]:
+        """How bright the graded picture is on a screen: [H, W] in 0 .. 1."""
+        brightness: NDArray[np.float64] = encode(self._toned(image) @ LUMINANCE)
+        return brightness
+
+    def _toned(self, image: Image) -> Image:
+        return tone(image * np.asarray(self.gains), self.stops)
 
 
-def heat(error: Image, white: float) -> str:
-    """A relative error [H, W] as black, red, yellow, white, as a `data:` address."""
-    x = np.clip(error / white, 0, 1)
+def data_uri(code: Image) -> str:
+    """sRGB [H, W, 3] in 0 .. 1 as a `data:` address."""
+    return "data:image/png;base64," + base64.b64encode(plain_png(decode(code))).decode()
+
+
+def heat(values: Image, white: float) -> str:
+    """Values [H, W] up to `white` as black, red, yellow, white, as a `data:` address."""
+    x = np.clip(values / white, 0, 1)
     ramp = np.stack((np.clip(3 * x, 0, 1), np.clip(3 * x - 1, 0, 1), np.clip(3 * x - 2, 0, 1)), -1)
-    # Undo the tone curve, so that the ramp is what one sees
-    linear = -np.log1p(-0.999 * ramp**2.2) / 1.5
-    return Grade((1.0, 1.0, 1.0), 0.0).uri(linear)
+    return data_uri(ramp)
 
 
 def white_balance(flux: Sequence[float], strength: float = 0.7) -> tuple[float, float, float]:

@@ -10,15 +10,21 @@ from pathlib import Path
 from string import Template
 
 from purelight_format import atomic
+from purelight_train.report.difference import gradient
 
 
 @dataclass(frozen=True)
 class Shot:
-    """A picture with its title and the figures under it."""
+    """A picture with its title and the figures under it.
+
+    Arguments:
+        scale: where the colours of a map of differences end; empty for other pictures.
+    """
 
     title: str
     uri: str
     figures: dict[str, str] = field(default_factory=dict)
+    scale: str = ""
 
     def html(self) -> str:
         """The picture as a figure."""
@@ -26,10 +32,20 @@ class Shot:
             f"<div><dt>{escape(k)}</dt><dd>{escape(v)}</dd></div>" for k, v in self.figures.items()
         )
         title = escape(self.title)
+        bar = _bar(self.scale) if self.scale else ""
         return (
             f'<figure><img src="{self.uri}" alt="{title}"><figcaption><b>{title}</b>'
-            f"<dl>{rows}</dl></figcaption></figure>"
+            f"{bar}<dl>{rows}</dl></figcaption></figure>"
         )
+
+
+def _bar(scale: str) -> str:
+    """The colours of a map of differences, and where they end."""
+    end = escape(scale)
+    return (
+        f'<div class="bar" style="background:{gradient()}"></div>'
+        f'<div class="ends"><span>-{end}</span><span>0</span><span>+{end}</span></div>'
+    )
 
 
 @dataclass(frozen=True)
@@ -91,6 +107,36 @@ class Table:
 
 
 @dataclass(frozen=True)
+class Cover:
+    """What the page comes to: a headline and a few sentences."""
+
+    headline: str
+    lines: Sequence[str]
+
+    def html(self) -> str:
+        """The sentences under the headline."""
+        lines = "".join(f"<li>{escape(line)}</li>" for line in self.lines)
+        return f'<section class="cover"><h2>{escape(self.headline)}</h2><ul>{lines}</ul></section>'
+
+
+@dataclass(frozen=True)
+class Link:
+    """A heading, a text, and where to go from there."""
+
+    heading: str
+    text: str
+    address: str
+    label: str
+
+    def html(self) -> str:
+        """The link as a section."""
+        link = f'<a href="{escape(self.address)}">{escape(self.label)}</a>'
+        return (
+            f"<section><h2>{escape(self.heading)}</h2><p>{escape(self.text)} {link}</p></section>"
+        )
+
+
+@dataclass(frozen=True)
 class Warnings:
     """What the reader should know before anything else; nothing if there is nothing."""
 
@@ -142,7 +188,7 @@ def _curve(title: str, values: Sequence[float]) -> str:
     )
 
 
-Section = Row | Wipe | Table | Curves | Warnings
+Section = Cover | Row | Wipe | Table | Curves | Link | Warnings
 
 
 def write_page(path: Path, title: str, lead: str, sections: Sequence[Section]) -> None:

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from purelight_format.verdict import words
+from purelight_format.verdict.figures import read
+from purelight_train.light.measured_luminaire import MeasuredLuminaire
 from purelight_train.networks.fast_map import FastMap
 from purelight_train.networks.sampler import Sampler
 from purelight_train.report.caps import CapMaps
-from purelight_train.report.page import Curves, Row, Section, Table, Warnings, write_page
+from purelight_train.report.measured import MeasuredLight
+from purelight_train.report.page import Cover, Curves, Section, Table, Warnings, write_page
 from purelight_train.report.views import LampViews
 from purelight_train.runs.evaluation import as_function
 from purelight_train.runs.progress import Bar, duration
@@ -20,40 +25,63 @@ from purelight_train.runs.run_directory import RunDirectory
 if TYPE_CHECKING:
     from purelight_train.runs.pipeline import Training
 
-MOST_PATHS = 1 << 23
-
 
 def write_report(training: Training) -> None:
-    """Write report.html of a finished run, with pictures traced for it."""
+    """Write report.html of a finished run, with the pictures of its verdict."""
     run, lamp = training.stages.run, training.lamp
     student = as_function(training.student, training.stages.device)
-    paths = min(training.preset.paths // 4, MOST_PATHS)
     networks = run.network("sampler", Sampler), run.network("fast_map", FastMap)
-    with Bar("report", paths, "path", lambda _: None) as update:
-        views = LampViews(
-            lamp.description, lamp.luminaire.scene, lamp.surface, student,
-            training.route.teacher_radiance, paths, update,
-        ).rows()  # fmt: skip
+    luminaire = lamp.luminaire
+    if isinstance(luminaire, MeasuredLuminaire):
+        truth = _measured(training, luminaire)
+    else:
+        truth = _views(training)
     caps = CapMaps(lamp.description, lamp.surface, student, *networks).rows()
-    TrainingReport(run, [*views, *caps]).write()
+    TrainingReport(run, [*truth, *caps]).write()
+
+
+def _measured(training: Training, luminaire: MeasuredLuminaire) -> list[Section]:
+    """Rays and what was learned of them."""
+    lamp = training.lamp
+    student = as_function(training.student, training.stages.device)
+    facts = training.stages.run.read_json("metrics.json")["measured"]
+    return [*MeasuredLight(facts, luminaire.records, lamp.reference_rays, student).tables()]
+
+
+def _views(training: Training) -> list[Section]:
+    """Pictures of the lamp, traced and learned."""
+    lamp, judge = training.lamp, training.judge
+    if "views" not in vars(judge):  # there was no verdict
+        with Bar("report", judge.total, "path", lambda _: None) as judge.progress:
+            judge.views  # noqa: B018 - each part is measured when it is first asked for
+    teacher = training.route.teacher_radiance
+    return [*LampViews(lamp.description, lamp.surface, judge.views, teacher).rows()]
 
 
 @dataclass(frozen=True)
 class TrainingReport:
-    """A run's figures around rows of pictures."""
+    """A run's figures around rows of pictures, and tables beside them."""
 
     run: RunDirectory
-    pictures: list[Row]
+    pictures: Sequence[Section]
 
     def write(self) -> None:
         """Write report.html into the run directory."""
         title = self.run.config["luminaire"].replace("\\", "/").rsplit("/", 1)[-1]
         title = title.rsplit(".", 1)[0].replace("_", " ").capitalize()
         sections: list[Section] = [
-            Warnings(self.warnings()), *self.pictures, self._curves(),
+            *self._cover(), Warnings(self.warnings()), *self.pictures, self._curves(),
             self._networks(), self._light(),
         ]  # fmt: skip
         write_page(self.run.path / "report.html", title, self._lead(), sections)
+
+    def _cover(self) -> list[Section]:
+        """The verdict, if there is one."""
+        found = read(self.metrics.get("verdict"))
+        if found is None:
+            return []
+        told = words.judge(found, self.run.provenance)
+        return [Cover(told.caption, told.lines)]
 
     @cached_property
     def metrics(self) -> dict[str, Any]:

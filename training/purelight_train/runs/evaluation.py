@@ -91,7 +91,7 @@ def fidelity(radiance: Radiance, lamp: TracedLamp, rng: np.random.Generator) -> 
     return {
         "student_flux": flux.tolist(),
         "student_flux_error": error.tolist(),
-        "held_out_gain_nats": _gain(radiance, lamp.surface, lamp.held_out, flux),
+        "held_out_gain_nats": gain(radiance, lamp.surface, lamp.held_out, flux),
     }
 
 
@@ -99,10 +99,10 @@ def held_out_gain(radiance: Radiance, lamp: TracedLamp) -> float:
     """`fidelity`'s likelihood in a tenth of its time, with the same random numbers every time."""
     rng = np.random.default_rng(0)
     flux, _ = escaping_flux(lamp.reference_rays, radiance, rng, most=FEW_RAYS)
-    return _gain(radiance, lamp.surface, lamp.held_out.take(slice(FEW_RECORDS)), flux)
+    return gain(radiance, lamp.surface, lamp.held_out.take(slice(FEW_RECORDS)), flux)
 
 
-def _gain(
+def gain(
     radiance: Radiance, surface: ExitSurface, held_out: ExitRecords, flux: NDArray[np.float64]
 ) -> float:
     """Mean of log(radiance over that of a Lambertian surface), over the light that escapes."""

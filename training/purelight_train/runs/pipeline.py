@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -10,18 +12,24 @@ import torch
 from numpy.typing import NDArray
 
 from purelight_format.errors import PureLightError
+from purelight_format.ray_file.files import is_ray_file
 from purelight_train.learning.teacher import Teacher
-from purelight_train.light.luminaire import scene_digest
+from purelight_train.light.luminaire import Luminaire, scene_digest
+from purelight_train.light.measured_luminaire import MeasuredLuminaire, ray_digest
+from purelight_train.light.virtual_surface import AUTO
 from purelight_train.networks.student import Student
 from purelight_train.presets import Preset
 from purelight_train.runs.anchor_choice import choose_anchor
 from purelight_train.runs.evaluation import as_function, fidelity, write_previews
+from purelight_train.runs.judging import judge, verdict
 from purelight_train.runs.routes import ROUTES, TeacherRoute
 from purelight_train.runs.run_directory import RunDirectory
 from purelight_train.runs.stages import Stages
 from purelight_train.runs.traced_lamp import TracedLamp
 from purelight_train.runs.trained import STUDENT, TRAINED, TRANSPARENCY
 from purelight_train.runs.trainer import Trainer
+from purelight_train.truth.counting import counting_errors
+from purelight_train.verdict.measure import Judge
 
 Float = NDArray[np.float32]
 
@@ -38,8 +46,16 @@ class Training(Trainer):
         """The teacher, on the route that has one."""
         return self.route.teacher if isinstance(self.route, TeacherRoute) else None
 
-    def __call__(self) -> dict[str, Any]:
+    @cached_property
+    def judge(self) -> Judge:
+        """Who measures what was trained."""
+        return judge(self)
+
+    def __call__(self, *, judged: bool = True) -> dict[str, Any]:
         """Run every unfinished stage and write metrics and previews.
+
+        Arguments:
+            judged: measure the verdict, with light traced for it.
 
         Returns:
             the contents of metrics.json.
@@ -47,7 +63,9 @@ class Training(Trainer):
         self.lamp.store()
         for declared in filter(self.has, TRAINED):
             self.network(declared)
-        metrics = self._metrics()
+        known = not isinstance(self.lamp.luminaire, MeasuredLuminaire)  # and can be traced afresh
+        told = {"verdict": verdict(self, self.judge).to_json()} if judged and known else {}
+        metrics = self._metrics() | told
         device, see_through = self.stages.device, self.has(TRANSPARENCY)
         write_previews(
             self.stages.run,
@@ -68,8 +86,17 @@ class Training(Trainer):
             "dropped": self.lamp.description.dropped,
             "flux_gain": self.student.gain.tolist(),
             **fidelity(radiance, self.lamp, self.stages.rng("metrics")),
+            **self._measured(),
             **self.stages.metrics(),
         }
+
+    def _measured(self) -> dict[str, Any]:
+        """What a lamp of measured rays is known by, and how well."""
+        luminaire = self.lamp.luminaire
+        if not isinstance(luminaire, MeasuredLuminaire):
+            return {}
+        errors = counting_errors(luminaire.records, self.lamp.surface.sphere)
+        return {"measured": luminaire.facts() | errors}
 
 
 def opaque(position: Float, normal: Float, outgoing: Float) -> Float:
@@ -88,6 +115,8 @@ def start(
     route: str = "teacher",
     anchor: str = "none",
     early_stop: bool = False,
+    exit_surface: str = AUTO,
+    look: Callable[[Luminaire | MeasuredLuminaire], None] = lambda _: None,
 ) -> Training:
     """Prepare a run directory for a luminaire, or continue one.
 
@@ -96,31 +125,40 @@ def start(
         route: one of `routes.ROUTES`.
         anchor: which anchors of a ray the student encodes, one of `presets.ANCHORS`, or `auto` to
             try them out on the lamp (`anchor_choice`).
-        early_stop: end optimisations whose error on held-out light has stopped falling.
+        early_stop: end optimisations whose error on held-out light has stopped falling; always
+            where measured rays are too few for all steps.
+        exit_surface: where measured rays leave the lamp (`measured_luminaire.load_measured`).
+        look: called with the lamp of a new run before its light is traced.
 
     Raises:
         PureLightError: the directory holds another run, or a run and `resume` is not set.
     """
     run = RunDirectory(output)
+    measured = is_ray_file(scene)
+    if exit_surface != AUTO and not measured:
+        raise PureLightError(f"{scene}: a scene has its own exit surface; leave --exit-surface out")
     if not scene.is_file():
         raise PureLightError(f"{scene}: no such file; give a Mitsuba 3 scene (.xml) of a lamp")
     config = {
         "format": 1,
         "luminaire": str(scene.resolve()),
-        "digest": scene_digest(scene),
+        "digest": ray_digest(scene) if measured else scene_digest(scene),
         "route": route,
         "anchor": anchor,
         "seed": seed,
+        **({"exit_surface": exit_surface} if measured else {}),
     }
     stages = Stages(run, seed, torch.device(device), stage_names(route), early_stop)
     if (output / "config.json").is_file():
         return _continue(scene, stages, config, preset, resume=resume)
-    lamp = TracedLamp(scene, preset.for_route(route).paths, stages)
+    lamp = TracedLamp(scene, preset.for_route(route).paths, stages, exit_surface)
+    look(lamp.luminaire)
     lamp.description  # noqa: B018 - a faulty or dark lamp must leave nothing behind
     if anchor == "auto":
         anchor, tried = choose_anchor(lamp, preset)
         config["tried_anchors"] = tried
     chosen = preset.for_route(route, anchor=anchor)
+    _spare(lamp, chosen)
     output.mkdir(parents=True, exist_ok=True)
     run.write_json("config.json", config | {"preset": chosen.to_dict()})
     return Training(ROUTES[route](lamp, chosen, stages))
@@ -137,13 +175,22 @@ def _continue(
     anchor = run.preset.anchor if config["anchor"] == "auto" else config["anchor"]
     chosen = preset.for_route(route, anchor=anchor)
     asked = config | {"preset": chosen.to_dict()}
-    keys = ("digest", "seed", "route", "anchor", "preset")
-    changed = [key for key in keys if old.get(key) != asked[key]]
+    keys = ("digest", "seed", "route", "anchor", "preset", "exit_surface")
+    changed = [key for key in keys if old.get(key) != asked.get(key)]
     if changed:
         raise PureLightError(
             f"{run.path}: was made with another {changed[0]}; choose another --output"
         )
-    return Training(ROUTES[route](TracedLamp(scene, chosen.paths, stages), chosen, stages))
+    lamp = TracedLamp(scene, chosen.paths, stages, config.get("exit_surface", AUTO))
+    _spare(lamp, chosen)
+    return Training(ROUTES[route](lamp, chosen, stages))
+
+
+def _spare(lamp: TracedLamp, preset: Preset) -> None:
+    """Let optimisations stop early where the light that there is would be learned by heart."""
+    if is_ray_file(lamp.scene) and isinstance(lamp.luminaire, MeasuredLuminaire):
+        draws = preset.photons.steps * preset.photons.batch
+        lamp.stages.early_stop |= lamp.luminaire.is_scarce(draws)
 
 
 def reopen(run: RunDirectory, scene: Path, device: str = "cpu") -> Training:
@@ -151,9 +198,10 @@ def reopen(run: RunDirectory, scene: Path, device: str = "cpu") -> Training:
     config, preset = run.config, run.preset
     stages = Stages(run, config["seed"], torch.device(device), stage_names(config["route"]))
     route = ROUTES[config["route"]]
-    return Training(route(TracedLamp(scene, preset.paths, stages), preset, stages))
+    lamp = TracedLamp(scene, preset.paths, stages, config.get("exit_surface", AUTO))
+    return Training(route(lamp, preset, stages))
 
 
 def stage_names(route: str) -> tuple[str, ...]:
     """The stages of a run, in order."""
-    return *ROUTES[route].gathers, *(name for d in TRAINED for name in d.stages)
+    return *ROUTES[route].gathers, *(name for d in TRAINED for name in d.stages), "verdict"

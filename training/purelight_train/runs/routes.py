@@ -13,6 +13,7 @@ from purelight_train.learning.photon_batches import PhotonBatches
 from purelight_train.learning.photon_loss import brightest_of, chosen_loss, student_loss
 from purelight_train.learning.teacher import DirectionalFlow, FreshBatches, PowerBatches, Teacher
 from purelight_train.learning.training_sets import distillation_set
+from purelight_train.light.exit_records import ExitRecords
 from purelight_train.light.positional_density import PositionalDensity
 from purelight_train.light.radiance_field import Radiance
 from purelight_train.networks.student import Student
@@ -35,6 +36,11 @@ class Route:
     @property
     def teacher_radiance(self) -> Radiance | None:
         """The teacher's radiance, if this process has a teacher."""
+        return None
+
+    @property
+    def learned_from(self) -> ExitRecords | None:
+        """The stored light that all is learned from; None where each step has light of its own."""
         return None
 
     @property
@@ -62,6 +68,10 @@ class TeacherRoute(Route):
     """The paper's: photon map and directional flow make the teacher, the student regresses it."""
 
     gathers = ("light", "teacher", "distillation")
+
+    @property
+    def learned_from(self) -> ExitRecords | None:
+        return None if self.preset.fresh_records else self.lamp.records
 
     @property
     def optimisation(self) -> Optimisation:

@@ -3,7 +3,8 @@
 config.json                 luminaire path and digest, preset (all sizes), seed, route, anchor
                             asked for, and what was tried for `auto`
 description.json            sphere, flux, radiance scale, channels (`description.Description`)
-surface.npz                 positions [V,3], triangles [T,3], triangle_flux [T,3] in W
+surface.npz                 positions [V,3], triangles [T,3], triangle_flux [T,3] in W, finish [T,2]
+finishes.json               what the indices of `finish` stand for, as in a manifest
 escaped.npz                 direction [M,3], weight [M,3]: a random part of the exit records,
                             scaled so that the weights sum to the flux
 networks/NAME.safetensors   of each finished network (`trained`), and how its training went
@@ -17,7 +18,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
+from pathlib import Path, PurePath
 from typing import Any, TypeVar
 
 import numpy as np
@@ -27,6 +28,8 @@ from torch import Tensor, nn
 
 from purelight_format import atomic
 from purelight_format.errors import PureLightError
+from purelight_format.members.finishes import Finish, read_all
+from purelight_format.members.manifest_reader import Reader
 from purelight_train.light.description import Description
 from purelight_train.presets import Preset
 
@@ -90,12 +93,41 @@ class RunDirectory:
         return self.read_json("config.json")
 
     @property
+    def provenance(self) -> dict[str, Any]:
+        """How the lamp was made, as a manifest says it."""
+        config, about = self.config, self.description
+        return {
+            "scene": PurePath(config["luminaire"].replace("\\", "/")).name,
+            "scene_digest": config["digest"],
+            "seed": config["seed"],
+            "route": config["route"],
+            "preset": config["preset"]["name"],
+            "anchor": config["preset"]["anchor"],
+            "photons": about.paths,
+        }
+
+    @property
     def preset(self) -> Preset:
         return Preset.from_dict(self.config["preset"])
 
     @property
     def description(self) -> Description:
         return Description.from_dict(self.read_json("description.json")).scaled(self.power)
+
+    @property
+    def finishes(self) -> tuple[Finish, ...]:
+        """Of what the exit surface is made; empty in runs of before there were finishes.
+
+        Raises:
+            PureLightError: the file does not say.
+        """
+        if not (self.path / "finishes.json").is_file():
+            return ()
+        reader = Reader(self.read_json("finishes.json"), "finishes.json")
+        found = read_all(reader, "finishes")
+        if reader.failed:
+            raise PureLightError(f"{self.path}: {reader.findings.errors[0].message}")
+        return found
 
     @property
     def complete(self) -> bool:

@@ -5,22 +5,25 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
-import drjit as dr
-import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
 from purelight_format.errors import PureLightError
+from purelight_format.members.finishes import to_json
+from purelight_format.ray_file.files import is_ray_file
 from purelight_train.learning.photon_batches import PhotonBatches
 from purelight_train.learning.reference_rays import ReferenceRays
 from purelight_train.light.description import Description
 from purelight_train.light.emission import Emission
 from purelight_train.light.exit_records import ExitRecords, escaped_part, settle, triangle_flux
 from purelight_train.light.exit_surface import ExitSurface
-from purelight_train.light.light_tracing import BATCH, trace_records
+from purelight_train.light.finishes import finished
+from purelight_train.light.light_tracing import BATCH
 from purelight_train.light.luminaire import Luminaire, load_luminaire
-from purelight_train.light.rays import scene_extent
+from purelight_train.light.measured_luminaire import MeasuredLuminaire, load_measured
+from purelight_train.light.virtual_surface import AUTO
 from purelight_train.presets import Preset
 from purelight_train.runs.stages import Stages
 
@@ -34,34 +37,48 @@ class TracedLamp:
     """The lamp of one run.
 
     Arguments:
-        scene: Mitsuba scene of the lamp.
+        scene: Mitsuba scene of the lamp, or a ray file of its light.
         paths: emitted paths whose records are kept.
+        exit_surface: where measured rays leave the lamp (`measured_luminaire.load_measured`).
     """
 
     scene: Path
     paths: int
     stages: Stages
+    exit_surface: str = AUTO
 
     @cached_property
-    def luminaire(self) -> Luminaire:
+    def luminaire(self) -> Luminaire | MeasuredLuminaire:
+        if is_ray_file(self.scene):
+            return load_measured(self.scene, self.stages.seed, self.exit_surface)
         return load_luminaire(self.scene, self.stages.seed)
+
+    @property
+    def modelled(self) -> Luminaire:
+        """The lamp as its scene describes it.
+
+        Raises:
+            PureLightError: There are measured rays in place of a scene.
+        """
+        if isinstance(self.luminaire, MeasuredLuminaire):
+            raise PureLightError(
+                f"{self.scene}: measured rays tell nothing of the lamp's materials"
+            )
+        return self.luminaire
 
     @property
     def surface(self) -> ExitSurface:
         return self.luminaire.exit_surface
 
-    @cached_property
-    def emission(self) -> Emission:
-        scene = self.luminaire.scene
-        return Emission.of(scene, dr.opaque(mi.Float, scene_extent(scene)))
+    @property
+    def emission(self) -> Emission | MeasuredLuminaire:
+        return self.luminaire.emission
 
     @cached_property
     def _traced(self) -> tuple[Description, ExitRecords, NDArray[np.int64]]:
         """What was found of the lamp, the light that a viewer meets, and the triangle it left."""
         with self.stages.bar("light", -(-self.paths // BATCH) * BATCH, "path") as update:
-            records = trace_records(
-                self.luminaire.scene, self.paths, self.stages.seed + 1, update, self.surface
-            )
+            records = self.luminaire.trace(self.paths, self.stages.seed + 1, update)
         _require_radiance(records)
         description = Description.of(records, self.luminaire)
         return description, *settle(records, self.surface)
@@ -87,8 +104,7 @@ class TracedLamp:
     def held_out(self) -> ExitRecords:
         """Light that no network is trained on, as a viewer meets it."""
         seed = self.stages.seed + 100_003
-        records = trace_records(self.luminaire.scene, BATCH, seed, surface=self.surface)
-        settled = settle(records, self.surface)[0]
+        settled = settle(self.luminaire.held_out(seed), self.surface)[0]
         # Light that escapes comes first
         order = np.random.default_rng(seed).permutation(len(settled))
         return settled.take(order[:HELD_OUT])
@@ -113,9 +129,21 @@ class TracedLamp:
             positions=self.surface.positions,
             triangles=self.surface.triangles,
             triangle_flux=triangle_flux(records, triangle, len(self.surface.triangles)),
+            **self._finish(),
         )
         direction, weight = escaped_part(records, description.flux, ESCAPED)
         run.write_arrays("escaped.npz", direction=direction, weight=weight)
+
+    def _finish(self) -> dict[str, NDArray[Any]]:
+        """Of what each triangle is made, and in the run directory what that is.
+
+        Measured rays do not tell.
+        """
+        if isinstance(self.luminaire, MeasuredLuminaire):
+            return {}
+        made = finished(self.luminaire)
+        self.stages.run.write_json("finishes.json", to_json(made.finishes))
+        return {"finish": made.sides}
 
 
 def _require_radiance(records: ExitRecords) -> None:

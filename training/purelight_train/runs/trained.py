@@ -35,7 +35,12 @@ STUDENT = Trained(
 def see_through(trainer: Trainer) -> SurfaceSet:
     """Lines through the lamp and what comes through."""
     samples, rng = trainer.preset.transparency_samples, trainer.stages.rng("transparency")
-    return transmittance_set(trainer.lamp.luminaire, samples, rng, trainer.stages.seed + 5)
+    return transmittance_set(trainer.lamp.modelled, samples, rng, trainer.stages.seed + 5)
+
+
+def is_opaque(trainer: Trainer) -> bool:
+    """Whether no light passes straight, or it is not known whether any does."""
+    return trainer.lamp.luminaire.opaque or not trainer.data(see_through)[-1].any()
 
 
 TRANSPARENCY = Trained(
@@ -43,7 +48,7 @@ TRANSPARENCY = Trained(
     Transparency,
     settings=lambda trainer: trainer.preset.transparency,
     loss=over(see_through),
-    left_out=lambda trainer: not trainer.data(see_through)[-1].any(),  # No light passes straight.
+    left_out=is_opaque,
 )
 
 # Sampler, and the pilot that shows where to look again: each takes half of the steps

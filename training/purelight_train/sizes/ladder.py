@@ -71,14 +71,21 @@ def touched(unit: Unit, resolution: int) -> int:
 
 
 def _rung(preset: Preset, share: float, unit: Unit) -> Rung:
-    grid, network = part_of(preset.student_grid, preset.student_network, share, unit)
-    width, depth = network.width, network.depth
+    _, network = part_of(preset.student_grid, preset.student_network, share, unit)
+    return student_rung(replace(resized(preset, share, unit), student_network=network))
+
+
+def resized(preset: Preset, share: float, unit: Unit) -> Preset:
+    """The preset with a share of the resolution of the student's grids, and the link `log`."""
+    grid, _ = part_of(preset.student_grid, preset.student_network, share, unit)
     anchor = None if preset.anchor_grid is None else _coarser(preset.anchor_grid, share)
-    sized = replace(
-        preset, student_grid=grid, anchor_grid=anchor, student_network=network,
-        student_link="log",
-    )  # fmt: skip
-    grids = [grid, *sized.anchors.values()]
+    return replace(preset, student_grid=grid, anchor_grid=anchor, student_link="log")
+
+
+def student_rung(sized: Preset) -> Rung:
+    """The size of a preset's student."""
+    width, depth = sized.student_network.width, sized.student_network.depth
+    grids = [sized.student_grid, *sized.anchors.values()]
     inputs = 2 * DEGREE**2 + sum(g.levels * g.features for g in grids)
     macs = inputs * width + (depth - 1) * width**2 + 3 * width
     tables = sum(map(_entries, grids))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from typing import TypeVar
+from typing import TypedDict, TypeVar
 
 import numpy as np
 import torch
@@ -20,6 +20,7 @@ from purelight_train.runs import trained
 from purelight_train.runs.evaluation import as_function
 from purelight_train.runs.pipeline import Training
 from purelight_train.runs.stages import rows
+from purelight_train.sizes import portable
 
 POINTS, HELD_OUT_POINTS, DRAWS = 1 << 16, 1 << 12, 1 << 16
 WIDTHS = (16, 20, 24, 32, 48, 64, 96, 128)
@@ -27,6 +28,13 @@ DEPTH, BINS = 2, 16
 SAMPLER = Optimisation(1200, 1 << 13, 4e-3)
 FAST_MAP = Optimisation(3000, 1 << 8, 1e-2)
 Module = TypeVar("Module", bound=nn.Module)
+
+
+class Networks(TypedDict):
+    """What was found, by name."""
+
+    sampler: Sampler
+    fast_map: FastMap
 
 
 @dataclass
@@ -56,11 +64,17 @@ class SamplerSizes:
         """What a fast map learns from: points and estimates of their cells."""
         return self.training.stages.tensors(samples.point, cell_means(samples))
 
-    def __call__(self, preset: Preset) -> tuple[Preset, dict[str, nn.Module]]:
+    def __call__(self, preset: Preset) -> tuple[Preset, Networks]:
         """The smallest networks, or the run's own, and the preset with their sizes."""
         preset, sampler = self._sampler(preset)
         preset, fast_map = self._fast_map(preset)
         return preset, {"sampler": sampler, "fast_map": fast_map}
+
+    def portable(self, preset: Preset) -> tuple[Preset, Networks]:
+        """Networks of the portable tier."""
+        sized = portable.sampling(preset)
+        sampler, fast_map = self._trained_sampler(sized), self._trained_map(sized)
+        return sized, {"sampler": sampler, "fast_map": fast_map}
 
     # Sampler
 
@@ -68,19 +82,23 @@ class SamplerSizes:
         own = self.training.network(trained.SAMPLER)
         bound = self._nats(own) + self.target
         flow = self.training.preset.sampler_flow
-        batches, tensors = SamplerBatches(self.samples), self.training.stages.tensors
         for width in narrower(flow.network.width):
             sized = replace(preset, sampler_flow=FlowSize(2, MLPSize(width, DEPTH), BINS))
-            network = self._build("sampler", Sampler, sized)
-
-            def loss(rng: np.random.Generator, network: Sampler = network) -> Tensor:
-                z, point = tensors(*batches.draw(rng, SAMPLER.batch))
-                return -network.log_density(z, point).mean()
-
-            self.training.stages.try_out(network, loss, SAMPLER)
+            network = self._trained_sampler(sized)
             if self._nats(network) <= bound:
                 return sized, network
         return preset, own
+
+    def _trained_sampler(self, sized: Preset) -> Sampler:
+        batches, tensors = SamplerBatches(self.samples), self.training.stages.tensors
+        network = self._build("sampler", Sampler, sized)
+
+        def loss(rng: np.random.Generator) -> Tensor:
+            z, point = tensors(*batches.draw(rng, SAMPLER.batch))
+            return -network.log_density(z, point).mean()
+
+        self.training.stages.try_out(network, loss, SAMPLER)
+        return network
 
     @torch.no_grad()
     def _nats(self, sampler: Sampler) -> float:
@@ -94,20 +112,24 @@ class SamplerSizes:
 
     def _fast_map(self, preset: Preset) -> tuple[Preset, FastMap]:
         own, size = self.training.network(trained.FAST_MAP), self.training.preset.fast_map_network
-        data, held_out = self._maps(self.samples), self._maps(self.held_out)
+        held_out = self._maps(self.held_out)
         bound = _square_error(own, held_out) * (1 + self.target)
         for width in narrower(size.width):
             sized = replace(preset, fast_map_network=MLPSize(width, DEPTH), fast_map_one_hot=False)
-            network = self._build("fast_map", FastMap, sized)
-
-            def loss(rng: np.random.Generator, network: FastMap = network) -> Tensor:
-                return network.loss(*rows(data, rng, FAST_MAP.batch))
-
-            self.training.stages.try_out(network, loss, FAST_MAP)
-            network.close_power(*data)
+            network = self._trained_map(sized)
             if _square_error(network, held_out) <= bound:
                 return sized, network
         return preset, own
+
+    def _trained_map(self, sized: Preset) -> FastMap:
+        data, network = self._maps(self.samples), self._build("fast_map", FastMap, sized)
+
+        def loss(rng: np.random.Generator) -> Tensor:
+            return network.loss(*rows(data, rng, FAST_MAP.batch))
+
+        self.training.stages.try_out(network, loss, FAST_MAP)
+        network.close_power(*data)
+        return network
 
     def _build(self, name: str, kind: Callable[..., Module], preset: Preset) -> Module:
         return self.training.stages.build(name, kind, self.training.lamp.description, preset)

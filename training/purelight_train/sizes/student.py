@@ -134,9 +134,7 @@ class StudentSize:
             trials.append(self.trial(rung))
             if trials[-1].expected > target:
                 continue
-            student = self.train(rung, FULL.steps)
-            radiance = as_function(student, self.stages.device)
-            close_flux(student, radiance, self.lamp, self.stages.rng("student", 1))
+            student = self._full(rung)
             if self.error(student) <= target:
                 return student, rung, trials
         best = min(trial.expected for trial in trials)
@@ -144,6 +142,19 @@ class StudentSize:
             f"no size reaches an error of {target:g}; the best expected is {best:.3g}, so give a "
             "larger --target-error"
         )
+
+    def best(self, rungs: Sequence[Rung]) -> tuple[Student, Rung, list[Trial]]:
+        """The student of a few sizes that promises the least error, its size, and all trials."""
+        trials = [self.trial(rung) for rung in rungs]
+        chosen = min(trials, key=lambda trial: trial.expected).rung
+        return self._full(chosen), chosen, trials
+
+    def _full(self, rung: Rung) -> Student:
+        """A student of a size, trained in full, whose flux is that of the lamp."""
+        student = self.train(rung, FULL.steps)
+        radiance = as_function(student, self.stages.device)
+        close_flux(student, radiance, self.lamp, self.stages.rng("student", 1))
+        return student
 
 
 def table(trials: Sequence[Trial]) -> str:

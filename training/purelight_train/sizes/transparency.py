@@ -9,12 +9,13 @@ import torch
 from torch import Tensor, nn
 
 from purelight_train.learning.training_sets import transmittance_set
-from purelight_train.networks.transparency import Transparency
+from purelight_train.networks.transparency import DEGREE, Transparency
 from purelight_train.presets import Optimisation, Preset
 from purelight_train.runs.pipeline import Training
 from purelight_train.runs.stages import rows
 from purelight_train.runs.trained import TRANSPARENCY
 from purelight_train.sizes.ladder import SHARES, part_of, unit_points
+from purelight_train.sizes.portable import fits, transparencies
 
 LINES, HELD_OUT_LINES = 1 << 21, 1 << 18
 TRAINING = Optimisation(1500, 1 << 13, 1e-2)
@@ -45,9 +46,18 @@ class TransparencySize:
                 return sized, {"transparency": network}
         return preset, {"transparency": own}
 
+    def portable(self, preset: Preset) -> tuple[Preset, dict[str, nn.Module]]:
+        """The largest transparency of the portable tier, or the run's own if it is of the tier."""
+        if not self.training.stages.run.finished("transparency"):
+            return preset, {}
+        if fits([preset.transparency_grid], preset.transparency_network, DEGREE):
+            return preset, {"transparency": self.training.network(TRANSPARENCY)}
+        sized = next(transparencies(preset))
+        return sized, {"transparency": self._train(sized, self._lines(LINES, 1))}
+
     def _lines(self, lines: int, part: int) -> tuple[Tensor, ...]:
         """Position, normal, outgoing and a random transmittance of lines through the lamp."""
-        stages, luminaire = self.training.stages, self.training.lamp.luminaire
+        stages, luminaire = self.training.stages, self.training.lamp.modelled
         rng = stages.rng("transparency", part)
         return stages.tensors(*transmittance_set(luminaire, lines, rng, stages.seed + 50 + part))
 

@@ -87,8 +87,22 @@ class Comparison:
         """MAPE with the share of the noise taken out, tile by tile."""
         reference, mask = self.reference.image, self.mask[..., None]
         floor = MAPE_FLOOR * reference[self.mask].mean()
-        scale = np.where(mask, 1 / (np.abs(reference) + floor), 0)
-        error = np.abs(self.picture.image - reference) * scale
+        return self._without_noise(np.where(mask, 1 / (np.abs(reference) + floor), 0))
+
+    def absolute_over_mean(self) -> float:
+        """Mean |I - R| over the mean of R, the noise's share taken out tile by tile."""
+        scale = self.mask[..., None] / max(float(self.reference.image[self.mask].mean()), 1e-300)
+        return self._without_noise(scale)
+
+    def absolute_noise(self) -> float:
+        """The same of the reference against itself."""
+        first, second = self.reference.halves
+        mean = max(float(self.reference.image[self.mask].mean()), 1e-300)
+        return float(np.abs(first - second)[self.mask].mean() / (2 * mean))
+
+    def _without_noise(self, scale: Image) -> float:
+        """Mean of |I - R| times a scale [H, W, 1 or 3] that is zero outside of the mask."""
+        error = np.abs(self.picture.image - self.reference.image) * scale
         whole = _tiles(error**2)
         part = np.clip(_tiles(self._square() * scale**2), 0, whole)
         share = np.divide(part, whole, out=np.zeros_like(whole), where=whole > 0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -35,6 +36,14 @@ class Picture:
         first, second = (means(half, side) for half in self.halves)
         error = np.sqrt(means(self.error**2, side)) / side
         return Picture(means(self.image, side), (first, second), error)
+
+
+def mean(pictures: Sequence[Picture]) -> Picture:
+    """The mean of independent pictures of the same, as many passes each."""
+    image = np.mean([p.image for p in pictures], 0)
+    first, second = (np.mean([p.halves[k] for p in pictures], 0) for k in (0, 1))
+    error = np.sqrt(np.sum([p.error**2 for p in pictures], 0)) / len(pictures)
+    return Picture(image, (first, second), error)
 
 
 def means(image: NDArray[Any], side: int) -> Image:

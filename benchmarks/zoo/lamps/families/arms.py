@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from benchmarks.zoo.lamps import bulbs, finishes, meshes, sources
+from benchmarks.zoo.lamps import bulbs, finishes, sources
 from benchmarks.zoo.lamps.draw import Draw
 from benchmarks.zoo.lamps.forms import Mesh
-from benchmarks.zoo.lamps.meshes import Floats
 from benchmarks.zoo.lamps.pieces import Part, Piece, moved
 from benchmarks.zoo.lamps.placement import shift, turn
 from benchmarks.zoo.lamps.sources import Space
+from purelight_examples.luminaires import solids
 from purelight_examples.luminaires.parts import helix, revolve, tube
+from purelight_examples.luminaires.solids import Floats
 
 
 def petals(draw: Draw) -> list[Part]:
@@ -30,7 +31,7 @@ def petals(draw: Draw) -> list[Part]:
         patch = scale * _petal(np.pi / count * 0.9, low, high, flare)
         for k in range(count):
             about = turn("z", 2 * np.pi * (k + 0.5 * layer) / count)
-            body = Mesh(*meshes.patch(patch)) if sheet else Mesh(meshes.slab(patch, 0.03 * scale))
+            body = Mesh(*solids.patch(patch)) if sheet else Mesh(solids.slab(patch, 0.03 * scale))
             piece = Piece(f"petal_{layer}_{k}", body, finish, solid=not sheet)
             parts.append(piece.moved(about))
     clear = 0.72 ** (layers - 1) * 0.5
@@ -68,9 +69,9 @@ def chain(draw: Draw) -> list[Part]:
     count = draw.whole(1, 6)
     around = 0.0 if count == 1 else 0.45
     size = 0.3 if count == 1 else min(0.25, 0.8 * around * np.sin(np.pi / count))
-    link = meshes.ring(_link(0.05, 0.024), 0.006, 8)
+    link = solids.ring(_link(0.05, 0.024), 0.006, 8)
     steel = finishes.metal(draw)
-    for k, at in enumerate(meshes.circle(around, count)):
+    for k, at in enumerate(solids.circle(around, count)):
         links = draw.whole(3, 10)
         drop = 0.86 - 0.05
         for i in range(links):

@@ -7,13 +7,14 @@ from dataclasses import replace
 import numpy as np
 import trimesh
 
-from benchmarks.zoo.lamps import finishes, meshes, sources, textures
+from benchmarks.zoo.lamps import finishes, sources, textures
 from benchmarks.zoo.lamps.draw import Draw
 from benchmarks.zoo.lamps.forms import Mesh, Primitive
-from benchmarks.zoo.lamps.meshes import Floats
 from benchmarks.zoo.lamps.pieces import Part, Piece, moved
 from benchmarks.zoo.lamps.placement import shift, turn
+from purelight_examples.luminaires import solids
 from purelight_examples.luminaires.parts import revolve, tube
+from purelight_examples.luminaires.solids import Floats
 
 
 def led_board(draw: Draw) -> list[Part]:
@@ -70,7 +71,7 @@ def screen(draw: Draw) -> list[Part]:
 def louvre(draw: Draw) -> list[Part]:
     """A trough, open below, with fluorescent tubes and fins across."""
     half = (0.9, draw.number(0.3, 0.6), 0.2)
-    housing = Piece("housing", Mesh(meshes.tray(half, 0.03)), finishes.opaque(draw))
+    housing = Piece("housing", Mesh(solids.tray(half, 0.03)), finishes.opaque(draw))
     parts: list[Part] = [housing]
     count = draw.whole(1, 4)
     pitch = 2 * (half[1] - 0.05) / count
@@ -98,13 +99,13 @@ def neon(draw: Draw) -> list[Part]:
         thick = draw.number(0.015, 0.03)
         path = _loop(draw, 0.85 - 0.16 * k)
         shine = sources.colour(draw, 0.8)
-        glow = meshes.ring(path, thick, 10)
+        glow = solids.ring(path, thick, 10)
         parts.append(Piece(f"glow_{k}", Mesh(glow), sources.lamp_black(draw), shine))
         if piped:
             glass = finishes.glass(draw, 0.5 * thick)
-            hollow = meshes.inverted(meshes.ring(path, 1.3 * thick, 14))
+            hollow = solids.inverted(solids.ring(path, 1.3 * thick, 14))
             parts += [
-                Piece(f"pipe_{k}", Mesh(meshes.ring(path, 1.8 * thick, 14)), glass.outside),
+                Piece(f"pipe_{k}", Mesh(solids.ring(path, 1.8 * thick, 14)), glass.outside),
                 Piece(f"pipe_{k}_hollow", Mesh(hollow), glass.inside),
             ]
     return moved(parts, turn("y", np.pi / 2))
@@ -136,4 +137,4 @@ def _fins(draw: Draw, half: tuple[float, float]) -> list[Part]:
 def _box(name: str, half: tuple[float, float, float], finish: finishes.Finish, z: float) -> Piece:
     x, y, high = half
     outline = np.array([[-x, -y], [x, -y], [x, y], [-x, y]])
-    return Piece(name, Mesh(meshes.prism(outline, z - high, z + high)), finish)
+    return Piece(name, Mesh(solids.prism(outline, z - high, z + high)), finish)

@@ -5,12 +5,13 @@ from __future__ import annotations
 import numpy as np
 import trimesh
 
-from benchmarks.zoo.lamps import bulbs, finishes, meshes, sources
+from benchmarks.zoo.lamps import bulbs, finishes, sources
 from benchmarks.zoo.lamps.draw import Draw
 from benchmarks.zoo.lamps.forms import Mesh
 from benchmarks.zoo.lamps.pieces import Part, Piece, moved
 from benchmarks.zoo.lamps.placement import shift, turn
 from benchmarks.zoo.lamps.sources import Space
+from purelight_examples.luminaires import solids
 from purelight_examples.luminaires.parts import revolve
 
 
@@ -20,13 +21,13 @@ def crystal(draw: Draw) -> list[Part]:
     scale = 1.0
     for layer in range(draw.whole(1, 2)):
         outer = _cut(draw, scale)
-        clear = meshes.clear_radius(outer)
+        clear = solids.clear_radius(outer)
         hollow_radius = draw.number(0.6, 0.8) * clear
         hollow = _ball(hollow_radius) if draw.chance(0.6) else _cut_hollow(draw, hollow_radius)
-        body = meshes.joined([outer, meshes.inverted(hollow)])
+        body = solids.joined([outer, solids.inverted(hollow)])
         glass = finishes.glass(draw, clear - hollow_radius).outside
         parts.append(Piece(f"crystal_{layer}", Mesh(body), glass))
-        free = min(hollow_radius, meshes.clear_radius(hollow))
+        free = min(hollow_radius, solids.clear_radius(hollow))
         scale = 0.9 * free
     return [*sources.source(draw, Space(0.65 * free, 0.65 * free)), *parts]
 
@@ -41,10 +42,10 @@ def drops(draw: Draw) -> list[Part]:
         tall = draw.number(1.5, 3)
         glass = finishes.glass(draw, size).outside
         drop = _drop(draw, size, tall)
-        for k, at in enumerate(meshes.circle(around, count, 0.35 - 0.25 * ring)):
+        for k, at in enumerate(solids.circle(around, count, 0.35 - 0.25 * ring)):
             about = shift(*at) @ turn("z", 2 * np.pi * k / count)
             parts.append(Piece(f"drop_{ring}_{k}", Mesh(drop), glass).moved(about))
-        hoop = meshes.ring(meshes.circle(around, 64, 0.5 - 0.25 * ring + tall * size), 0.015, 10)
+        hoop = solids.ring(solids.circle(around, 64, 0.5 - 0.25 * ring + tall * size), 0.015, 10)
         parts.append(Piece(f"hoop_{ring}", Mesh(hoop), finishes.metal(draw)))
     return parts
 
@@ -56,12 +57,12 @@ def ice(draw: Draw) -> list[Part]:
         body, clear = _ball(0.7), 0.6
     else:
         body = _cut(draw, 0.8, sides)
-        clear = 0.9 * meshes.clear_radius(body)
+        clear = 0.9 * solids.clear_radius(body)
     made = [body]
     for at in _bubbles(draw, clear):
-        made.append(meshes.inverted(_ball(0.06 * clear, 9, 16).apply_translation(at)))
+        made.append(solids.inverted(_ball(0.06 * clear, 9, 16).apply_translation(at)))
     glass = finishes.glass(draw, 0.8).outside
-    block = Piece("block", Mesh(meshes.joined(made), smooth=False), glass)
+    block = Piece("block", Mesh(solids.joined(made), smooth=False), glass)
     low = float(body.vertices[:, 2].min())
     return [block, *moved(lit_disc(draw, 0.6), shift(z=low - 0.05))]
 
@@ -75,8 +76,8 @@ def lens(draw: Draw) -> list[Part]:
               finishes.opaque(draw)),
     ]  # fmt: skip
     if draw.chance(0.5):
-        loop = meshes.band([[0.5, -1.07], [0.5, -0.5], [0.5, draw.number(-0.3, 0.6)]], 0.04)
-        parts.append(Piece("tube", Mesh(meshes.lathe(loop, 48)), finishes.opaque(draw)))
+        loop = solids.band([[0.5, -1.07], [0.5, -0.5], [0.5, draw.number(-0.3, 0.6)]], 0.04)
+        parts.append(Piece("tube", Mesh(solids.lathe(loop, 48)), finishes.opaque(draw)))
     return parts
 
 
@@ -86,7 +87,7 @@ def lit_disc(draw: Draw, radius: float) -> list[Part]:
     parts: list[Part] = [Piece("board", Mesh(board), finishes.opaque(draw))]
     for ring in range(draw.whole(1, 3)):
         around = radius * (0.25 + 0.25 * ring)
-        for at in meshes.circle(around, draw.whole(3, 8)):
+        for at in solids.circle(around, draw.whole(3, 8)):
             led = sources.led(draw, 0.05 * radius)
             parts += moved([led], shift(*at), f"led_{len(parts)}_")
     return parts
@@ -101,20 +102,20 @@ def _cut(draw: Draw, scale: float, sides: int = 0) -> trimesh.Trimesh:
         (np.sin(a) * draw.number(0.92, 1.0), 0.5 * (k % 2), -tall * np.cos(a))
         for k, a in enumerate(polar)
     ]
-    stone = meshes.gem(corners, sides or draw.whole(5, 12))
+    stone = solids.gem(corners, sides or draw.whole(5, 12))
     return stone.apply_scale(scale / np.linalg.norm(stone.vertices, axis=1).max())
 
 
 def _cut_hollow(draw: Draw, radius: float) -> trimesh.Trimesh:
     polar = np.linspace(0.4, np.pi - 0.4, 4)
     rings = [(radius * np.sin(a), 0.5 * (k % 2), -radius * np.cos(a)) for k, a in enumerate(polar)]
-    return meshes.gem(rings, draw.whole(6, 10))
+    return solids.gem(rings, draw.whole(6, 10))
 
 
 def _drop(draw: Draw, size: float, tall: float) -> trimesh.Trimesh:
     """A pendant: pointed above, round below."""
     rings = [(0.25, 0, -1.0), (0.8, 0.5, -0.6), (1.0, 0, -0.2), (0.6, 0.5, 0.4), (0.1, 0, 1.0)]
-    return meshes.gem([(size * r, t, tall * size * z) for r, t, z in rings], draw.whole(5, 8))
+    return solids.gem([(size * r, t, tall * size * z) for r, t, z in rings], draw.whole(5, 8))
 
 
 def _bubbles(draw: Draw, clear: float) -> list[np.ndarray]:

@@ -5,20 +5,21 @@ from __future__ import annotations
 import numpy as np
 import trimesh
 
-from benchmarks.zoo.lamps import bulbs, finishes, meshes, sources
+from benchmarks.zoo.lamps import bulbs, finishes, sources
 from benchmarks.zoo.lamps.draw import Draw
 from benchmarks.zoo.lamps.forms import Mesh, Primitive
-from benchmarks.zoo.lamps.meshes import Floats
 from benchmarks.zoo.lamps.pieces import Finish, Part, Piece, moved
 from benchmarks.zoo.lamps.placement import shift, turn
 from benchmarks.zoo.lamps.sources import Space
+from purelight_examples.luminaires import solids
 from purelight_examples.luminaires.parts import revolve, tube
+from purelight_examples.luminaires.solids import Floats
 
 
 def metal_shade(draw: Draw) -> list[Part]:
     """A bell, cone or bowl over a bulb, open below."""
     profile = _bell(draw)
-    shade = Piece("shade", Mesh(meshes.dome(profile, 0.03, 64)), finishes.opaque(draw))
+    shade = Piece("shade", Mesh(solids.dome(profile, 0.03, 64)), finishes.opaque(draw))
     rod = [[0, 0, 0.55], [0, 0, 0.7], [0, 0, 0.95]]
     stem = Piece("stem", Mesh(tube(rod, 0.05, 16)), finishes.metal(draw))
     size = draw.number(0.12, 0.2)
@@ -31,7 +32,7 @@ def cloth_shade(draw: Draw) -> list[Part]:
     low, high = draw.number(0.55, 0.85), draw.number(0.25, 0.6)
     profile = np.stack((np.linspace(low, high, 9), np.linspace(-0.3, 0.6, 9)), 1)
     pleats = draw.pick((0, 0, 24, 40))
-    sheet, uv = meshes.sheet(profile, 8 * pleats if pleats else 72, pleats, 0.03)
+    sheet, uv = solids.sheet(profile, 8 * pleats if pleats else 72, pleats, 0.03)
     shade = Piece("shade", Mesh(sheet, uv), finishes.cloth(draw), solid=False)
     return [shade, *bulbs.hung(draw, 0.13, (0, 0, 0.15), "bulb_", simple=False, up=True),
             *_foot(draw, -0.15)]  # fmt: skip
@@ -43,7 +44,7 @@ def paper(draw: Draw) -> list[Part]:
     ribs = 1 + 0.02 * np.cos(draw.whole(8, 16) * 2 * t)
     tall = draw.number(0.7, 1.4)
     profile = 0.8 * np.stack((ribs * np.sin(t), -tall * np.cos(t)), 1)
-    sheet, uv = meshes.sheet(profile, 64)
+    sheet, uv = solids.sheet(profile, 64)
     lantern = Piece("paper", Mesh(sheet, uv), finishes.cloth(draw), solid=False)
     return [lantern, *sources.source(draw, Space(0.35, 0.35), diffused=True)]
 
@@ -53,7 +54,7 @@ def lantern(draw: Draw) -> list[Part]:
     t = np.linspace(-1, 1, 33)
     bulge = draw.number(0, 0.4)
     profile = np.stack((0.5 + bulge * (1 - t**2), 0.7 * t), 1)
-    sheet, uv = meshes.sheet(profile, 72)
+    sheet, uv = solids.sheet(profile, 72)
     wall = Piece("wall", Mesh(sheet, uv), finishes.pierced(draw), solid=False)
     parts: list[Part] = [wall]
     plate = finishes.opaque(draw)
@@ -66,7 +67,7 @@ def lantern(draw: Draw) -> list[Part]:
 def desk(draw: Draw) -> list[Part]:
     """A foot, an arm with a joint, and a tilted metal head with a bulb."""
     head = [
-        Piece("shade", Mesh(meshes.dome(0.4 * _bell(draw), 0.015, 56)), finishes.opaque(draw)),
+        Piece("shade", Mesh(solids.dome(0.4 * _bell(draw), 0.015, 56)), finishes.opaque(draw)),
         *bulbs.hung(draw, 0.07, (0, 0, 0.0), "bulb_", simple=False),
     ]
     elbow, wrist = np.array([-0.45, 0, 0.25]), np.array([0.35, 0, 0.75])
@@ -87,7 +88,7 @@ def spotlight(draw: Draw) -> list[Part]:
     r = np.linspace(0, 0.8, 33)
     profile = np.stack((r, r**2 / (4 * focus)), 1)
     top = float(profile[-1, 1])
-    mirror = Piece("mirror", Mesh(meshes.dome(profile, 0.03, 72)), finishes.metal(draw))
+    mirror = Piece("mirror", Mesh(solids.dome(profile, 0.03, 72)), finishes.metal(draw))
     space = Space(0.45 * focus, 0.4 * focus)
     parts: list[Part] = [mirror, *moved(sources.source(draw, space), shift(z=focus))]
     if draw.chance(0.6):

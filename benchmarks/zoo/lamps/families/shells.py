@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from benchmarks.zoo.lamps import bulbs, finishes, meshes, sources
+from benchmarks.zoo.lamps import bulbs, finishes, sources
 from benchmarks.zoo.lamps.draw import Draw
 from benchmarks.zoo.lamps.forms import Mesh
 from benchmarks.zoo.lamps.pieces import Part, Piece, moved
 from benchmarks.zoo.lamps.placement import shift, turn
 from benchmarks.zoo.lamps.sources import Space
+from purelight_examples.luminaires import solids
 from purelight_examples.luminaires.parts import inset, revolve, tube
 
 
@@ -43,7 +44,7 @@ def closed_tube(draw: Draw) -> list[Part]:
     for side in (-1, 1):
         loop = [[1.06, 0.8], [1.3, 0.8], [1.3, 1.15], [1.06, 1.15]]
         ends = np.array(loop) * (radius, side)
-        parts.append(Piece(f"holder_{side + 1}", Mesh(meshes.lathe(ends, 40)), holder))
+        parts.append(Piece(f"holder_{side + 1}", Mesh(solids.lathe(ends, 40)), holder))
     return moved(parts, turn("y", np.pi / 2)) if draw.chance(0.6) else parts
 
 
@@ -54,14 +55,14 @@ def open_tube(draw: Draw) -> list[Part]:
     profile = np.stack((radius, -0.75 + 1.7 * t), 1)
     least = float(radius.min())
     if draw.chance(0.3):
-        sheet, uv = meshes.sheet(profile, 64)
+        sheet, uv = solids.sheet(profile, 64)
         glass: list[Part] = [
             Piece("chimney", Mesh(sheet, uv), finishes.thin_glass(draw), solid=False)
         ]
     else:
         wall = draw.number(0.02, 0.06)
         made = finishes.glass(draw, wall).outside
-        glass = [Piece("chimney", Mesh(meshes.lathe(meshes.band(profile, wall), 56)), made)]
+        glass = [Piece("chimney", Mesh(solids.lathe(solids.band(profile, wall), 56)), made)]
     foot = [[0, -0.95], [0.6, -0.95], [0.6, -0.9], [0.5, -0.8], [0, -0.8]]
     parts = [*glass, Piece("foot", Mesh(revolve(foot, 48)), finishes.opaque(draw))]
     if draw.chance(0.5):
@@ -79,11 +80,11 @@ def ring(draw: Draw) -> list[Part]:
     for count in range(draw.whole(1, 3)):
         thick = draw.number(0.06, 0.1) * (outer / 0.9)
         wall = draw.number(0.12, 0.25) * thick
-        around = meshes.circle(outer, 80)
+        around = solids.circle(outer, 80)
         glass = finishes.glass(draw, wall)
-        hollow = meshes.inverted(meshes.ring(around, thick - wall, 20))
+        hollow = solids.inverted(solids.ring(around, thick - wall, 20))
         body = [
-            Piece("glass", Mesh(meshes.ring(around, thick, 20)), glass.outside),
+            Piece("glass", Mesh(solids.ring(around, thick, 20)), glass.outside),
             Piece("hollow", Mesh(hollow), glass.inside),
             *_along(draw, outer, 0.45 * (thick - wall)),
         ]
@@ -96,7 +97,7 @@ def ring(draw: Draw) -> list[Part]:
 def _along(draw: Draw, radius: float, thick: float) -> list[Part]:
     """A glowing ring, or up to thirty short pieces of one."""
     if draw.chance(0.5):
-        mesh = meshes.ring(meshes.circle(radius, 80), thick, 10)
+        mesh = solids.ring(solids.circle(radius, 80), thick, 10)
         return [Piece("glow", Mesh(mesh), sources.lamp_black(draw), sources.colour(draw))]
     count = draw.whole(6, 30)
     lit: list[Part] = []
@@ -121,7 +122,7 @@ def stack(draw: Draw) -> list[Part]:
         outer = np.stack((core + 0.08 + (across - core) * bulge, 0.9 * half * t), 1)
         inner = np.stack((np.full(13, core + 0.03), 0.9 * half * t), 1)[::-1]
         sides = draw.pick((6, 8, 12, 48))
-        mesh = meshes.lathe(np.concatenate((outer, inner)), sides)
+        mesh = solids.lathe(np.concatenate((outer, inner)), sides)
         made = finishes.glass(draw, across).outside
         bead = Piece(f"bead_{k}", Mesh(mesh), made)
         parts.append(bead.moved(shift(z=(2 * k + 1 - count) * half)))

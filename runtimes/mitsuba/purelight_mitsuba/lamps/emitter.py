@@ -12,6 +12,7 @@ import numpy as np
 
 from purelight_format.errors import PureLightError
 from purelight_format.measures import Placement
+from purelight_format.members.finishes import Finish
 from purelight_mitsuba.lamps.luminaire import Luminaire, load
 
 
@@ -21,6 +22,7 @@ class BundleEmitter(mi.Emitter):
     Properties: `filename` (the bundle; a relative path is looked up beside the scene file),
     `to_world` (rotation, uniform scale and translation), `dimmer` (factor on the radiance,
     default 1), `light_group` (default the lamp's id, without one the bundle's name),
+    `finishes` (default true: the lamp answers other light, if its bundle says how),
     `check_vectors` (default true: networks are compared with the bundle's golden
     vectors before their first use; the last lamp of a bundle decides for all of that bundle).
     `mi.traverse` exposes `to_world` and `dimmer`. A bundle that was written anew is read again
@@ -42,6 +44,7 @@ class BundleEmitter(mi.Emitter):
         usual = path.stem if name.startswith("_") or not name else name
         self.light_group = str(props.get("light_group", usual))
         self.dimmer = mi.Float(props.get("dimmer", 1.0))
+        self._answers = bool(props.get("finishes", True))
         matrix = np.eye(4)
         if "to_world" in props:
             matrix = np.array(props["to_world"].matrix)
@@ -56,6 +59,11 @@ class BundleEmitter(mi.Emitter):
         self.level = float(self.dimmer.numpy()[0])
         if not (math.isfinite(self.level) and self.level >= 0):
             raise PureLightError(f"{name}: dimmer must be a finite number of zero or more")
+
+    @property
+    def finishes(self) -> tuple[Finish, ...]:
+        """Of what the lamp is made, if it is to answer other light."""
+        return self.luminaire.finishes if self._answers else ()
 
     def refresh(self) -> None:
         """Reads the bundle again if it changed; a file that is gone leaves the lamp as it is.

@@ -16,6 +16,7 @@ from purelight_mitsuba.sampling.far_field import HORIZONTAL, VERTICAL, FarField
 SIDE = 16  # Cells of a map of all directions, along each side.
 EVEN = 0.1  # Least part of a lamp's light that counts as going in all directions alike.
 DEFENSIVE = 0.1  # Part of the choices made by power alone, since what is estimated may be wrong.
+NONE = 0xFFFFFFFF  # No lamp.
 LEAST = 1e-30  # Part of all lamps' power, so that single precision has none that shines at zero.
 
 
@@ -48,16 +49,22 @@ class LampChoice:
         self._count = mi.UInt32(len(emitters))
         dr.make_opaque(self._power, self._spheres, self._rows, self._maps, self._count)
 
-    def sample(self, u: mi.Float, p: mi.Point3f, active: mi.Bool) -> tuple[mi.UInt32, mi.Float]:
-        """Chooses a lamp for points in the world: its index, and `probability` there."""
-        scales = self._scales(p, active)
+    def sample(
+        self, u: mi.Float, p: mi.Point3f, active: mi.Bool, own: mi.UInt32
+    ) -> tuple[mi.UInt32, mi.Float]:
+        """Chooses a lamp for points in the world: its index, and `probability` there.
+
+        Arguments:
+            own: The lamp that a point is on, which is never chosen, or `NONE`.
+        """
+        scales = self._scales(p, active, own)
 
         def body(
             lamp: mi.UInt32, left: mi.Float, chosen: mi.UInt32, chance: mi.Float
         ) -> tuple[mi.UInt32, mi.Float, mi.UInt32, mi.Float]:
-            own = self._chance(lamp, p, scales)
-            able = own > 0
-            return lamp + 1, left - own, dr.select(able, lamp, chosen), dr.select(able, own, chance)
+            its = self._chance(lamp, p, own, scales)
+            able = its > 0
+            return lamp + 1, left - its, dr.select(able, lamp, chosen), dr.select(able, its, chance)
 
         _, _, chosen, chance = dr.while_loop(
             (mi.UInt32(0), mi.Float(u), mi.UInt32(0), mi.Float(0)),
@@ -67,27 +74,33 @@ class LampChoice:
         )
         return chosen, chance
 
-    def probability(self, lamp: mi.UInt32, p: mi.Point3f, active: mi.Bool) -> mi.Float:
+    def probability(
+        self, lamp: mi.UInt32, p: mi.Point3f, active: mi.Bool, own: mi.UInt32
+    ) -> mi.Float:
         """The probability with which points in the world choose a lamp."""
-        return self._chance(lamp, p, self._scales(p, active))
+        return self._chance(lamp, p, own, self._scales(p, active, own))
 
-    def _scales(self, p: mi.Point3f, active: mi.Bool) -> Scales:
+    def _scales(self, p: mi.Point3f, active: mi.Bool, own: mi.UInt32) -> Scales:
         _, total = dr.while_loop(
             (mi.UInt32(0), mi.Float(0)),
             lambda lamp, _: active & (lamp < self._count),
-            lambda lamp, total: (lamp + 1, total + self._estimate(lamp, p)),
+            lambda lamp, total: (lamp + 1, total + self._estimate(lamp, p, own)),
             label="light of all lamps",
         )
         scale = (1 - DEFENSIVE) / total
         sound = dr.isfinite(scale) & (scale > 0)
-        return Scales(dr.select(sound, scale, 0), dr.select(sound, mi.Float(DEFENSIVE), 1))
+        power = dr.select(sound, mi.Float(DEFENSIVE), 1)
+        others = 1 - dr.gather(mi.Float, self._power, own, own != NONE)
+        power = dr.select(own != NONE, power / dr.maximum(others, LEAST), power)
+        return Scales(dr.select(sound, scale, 0), power)
 
-    def _chance(self, lamp: mi.UInt32, p: mi.Point3f, scales: Scales) -> mi.Float:
+    def _chance(self, lamp: mi.UInt32, p: mi.Point3f, own: mi.UInt32, scales: Scales) -> mi.Float:
         power = scales.power * dr.gather(mi.Float, self._power, lamp)
-        estimated = scales.estimate * self._estimate(lamp, p)
-        return dr.select(scales.estimate > 0, power + estimated, power)
+        estimated = scales.estimate * self._estimate(lamp, p, own)
+        chance = dr.select(scales.estimate > 0, power + estimated, power)
+        return dr.select(lamp == own, 0, chance)
 
-    def _estimate(self, lamp: mi.UInt32, p: mi.Point3f) -> mi.Float:
+    def _estimate(self, lamp: mi.UInt32, p: mi.Point3f, own: mi.UInt32) -> mi.Float:
         """Irradiance at points, in units that all lamps share."""
         sphere = dr.gather(mi.Vector4f, self._spheres, lamp)
         away = mi.Vector3f(p) - sphere.xyz
@@ -95,7 +108,8 @@ class LampChoice:
         row = dr.gather(mi.UInt32, self._rows, lamp)
         intensity = dr.gather(mi.Float, self._maps, row * SIDE**2 + cell(away))
         even = dr.maximum(EVEN, sphere.w / square)
-        return dr.gather(mi.Float, self._power, lamp) * dr.lerp(intensity, 1, even) / square
+        light = dr.gather(mi.Float, self._power, lamp) * dr.lerp(intensity, 1, even) / square
+        return dr.select(lamp == own, 0, light)
 
 
 def cell(direction: mi.Vector3f) -> mi.UInt32:

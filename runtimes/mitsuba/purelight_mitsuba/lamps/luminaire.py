@@ -14,6 +14,7 @@ from purelight_format.color import LUMINANCE
 from purelight_format.errors import PureLightError
 from purelight_format.measures import BoundingSphere
 from purelight_format.members import PHOTOMETRY
+from purelight_format.members.manifest import Manifest
 from purelight_format.members.surface import Surface
 from purelight_mitsuba.translate.compile_cost import require_compilable
 from purelight_mitsuba.translate.golden import require_golden
@@ -37,6 +38,7 @@ class Luminaire:
         flux: [3] in W per channel.
         power: Luminance-weighted flux in W.
         surface: The exit surface.
+        finishes: What it is made of; empty where the bundle does not say.
         check_vectors: Whether networks are compared with their golden vectors before use.
     """
 
@@ -48,11 +50,17 @@ class Luminaire:
         self.flux = np.asarray(bundle.manifest.flux, np.float64)
         self.power = float(LUMINANCE @ self.flux)
         self.surface: Surface = bundle.surface()
+        self.finishes = bundle.manifest.finishes
         self.check_vectors = True
         self._bundle = bundle
         self._networks: dict[tuple[str, str], FusedNetwork] = {}
         self._checked: set[tuple[str, str]] = set()
         self._sessions: dict[tuple[str, int], Session] = {}
+
+    @property
+    def manifest(self) -> Manifest:
+        """What the bundle says of itself."""
+        return self._bundle.manifest
 
     def has(self, network: str) -> bool:
         """Returns whether the bundle carries a network."""

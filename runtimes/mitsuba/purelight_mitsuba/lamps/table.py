@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import drjit as dr
 import mitsuba as mi
 import numpy as np
 
 from purelight_format.errors import PureLightError
+from purelight_format.smooth_normals import corner_normals
 from purelight_mitsuba.lamps.emitter import PureLightEmitter
-from purelight_mitsuba.lamps.lamp_choice import LampChoice
+from purelight_mitsuba.lamps.finish_bsdf import FinishBSDF, SpreadBSDF
+from purelight_mitsuba.lamps.finishes import Finishes, Look, sides
+from purelight_mitsuba.lamps.lamp_choice import NONE, LampChoice
 from purelight_mitsuba.lamps.luminaire import Luminaire
 from purelight_mitsuba.sampling.surface_sampler import SurfaceSampler
 
@@ -29,6 +32,7 @@ class Hit:
         lamp: Index of the lamp.
         facet: Index of the triangle among those of all lamps.
         normal: Geometric unit normal in the luminaire frame, either side.
+        uv: Barycentric coordinates on the triangle.
     """
 
     valid: mi.Bool
@@ -36,6 +40,7 @@ class Hit:
     lamp: mi.UInt32
     facet: mi.UInt32
     normal: mi.Normal3f
+    uv: mi.Point2f = field(default_factory=lambda: mi.Point2f(0))
 
 
 @dataclass
@@ -101,6 +106,8 @@ class Lamps:
         surface: Draws points of their exit surfaces; counts them as `luminaires`.
         single: Whether there is only one lamp.
         dark: Whether no lamp shines.
+        finished: Whether any says of what it is made, so that paths may have vertices there.
+        sheets: Whether any of that is thin-walled.
     """
 
     def __init__(
@@ -111,7 +118,16 @@ class Lamps:
             self._groups = mi.UInt32([self.groups.index(e.light_group) for e in emitters])
         self.single = len(emitters) == 1
         self.luminaires: list[Luminaire] = list(dict.fromkeys(e.luminaire for e in emitters))
-        self._scene = _scene(emitters, room)
+        self.finished = any(emitter.finishes for emitter in emitters)
+        self.sheets = any(f.thin_walled and not f.opaque for e in emitters for f in e.finishes)
+        mesh = _mesh(emitters)
+        if self.finished:
+            finishes, indices = sides(emitters)
+            self._finishes, self._sides = Finishes(finishes), mi.UInt32(indices.ravel())
+            mesh = _mesh(emitters, FinishBSDF(self._finishes, self._sides))
+            self._spreading = _mesh(emitters, SpreadBSDF(self._finishes, self._sides))
+            self._shapes = mi.ShapePtr(mesh), mi.ShapePtr(self._spreading)
+        self._scene = _scene(mesh, room)
         self.surface = SurfaceSampler([luminaire.surface for luminaire in self.luminaires])
         self._facets = _device(_facets(emitters))
         counts = [len(e.luminaire.surface.triangles) for e in emitters]
@@ -126,7 +142,44 @@ class Lamps:
         valid = active & found.is_valid()
         facet = dr.gather(mi.Vector4f, self._facets, found.prim_index, valid)
         normal = mi.Normal3f(facet.x, facet.y, facet.z)
-        return Hit(valid, found.t, mi.UInt32(facet.w), found.prim_index, normal)
+        lamp, uv = mi.UInt32(facet.w), found.prim_uv
+        return Hit(valid, found.t, lamp, found.prim_index, normal, uv)
+
+    # Finishes, in scenes where there are any
+
+    def look(self, hit: Hit, outgoing: mi.Vector3f) -> Look:
+        """The finish of the side of a triangle that is hit.
+
+        Arguments:
+            outgoing: From there to the viewer, in the luminaire frame.
+        """
+        back = dr.dot(hit.normal, outgoing) < 0
+        side = 2 * hit.facet + dr.select(back, mi.UInt32(1), mi.UInt32(0))
+        return self._finishes.look(dr.gather(mi.UInt32, self._sides, side, hit.valid), hit.valid)
+
+    def vertex(
+        self, hit: Hit, distance: mi.Float, spreading: bool | mi.Bool
+    ) -> mi.PreliminaryIntersection3f:
+        """Where a path ends at a lamp, as Mitsuba notes it.
+
+        Arguments:
+            distance: From the ray's origin.
+            spreading: Whether it goes on ahead, rather than back.
+        """
+        found = dr.zeros(mi.PreliminaryIntersection3f)
+        found.valid, found.t = hit.valid, distance
+        found.prim_index, found.prim_uv = hit.facet, hit.uv
+        found.shape = dr.select(spreading, self._shapes[1], self._shapes[0])
+        return found
+
+    def owner(self, found: mi.PreliminaryIntersection3f) -> tuple[mi.UInt32, mi.UInt32]:
+        """The lamp that a path's vertex is on, or NONE; and the same where it goes on ahead."""
+        reflecting, spreading = (found.shape == shape for shape in self._shapes)
+        on = found.is_valid() & (reflecting | spreading)
+        lamp = mi.UInt32(dr.gather(mi.Vector4f, self._facets, found.prim_index, on).w)
+        return dr.select(on, lamp, NONE), dr.select(on & spreading, lamp, NONE)
+
+    # Tables
 
     def group(self, lamp: mi.UInt32, active: mi.Bool) -> mi.UInt32:
         """Looks up the light groups of lamps."""
@@ -155,18 +208,27 @@ class Lamps:
             radius=sphere.w,
         )
 
-    def pick(self, u: mi.Float, p: mi.Point3f, active: mi.Bool) -> tuple[mi.UInt32, mi.Float]:
-        """Chooses a lamp for points in the world, by `LampChoice`: index and probability."""
-        if self._choice is None:
-            return mi.UInt32(0), mi.Float(1)
-        return self._choice.sample(u, p, active)
+    def pick(
+        self, u: mi.Float, p: mi.Point3f, active: mi.Bool, own: int | mi.UInt32 = NONE
+    ) -> tuple[mi.UInt32, mi.Float]:
+        """Chooses a lamp for points in the world, by `LampChoice`: index and probability.
 
-    def probability(self, lamp: mi.UInt32, p: mi.Point3f, active: mi.Bool) -> mi.Float:
+        Arguments:
+            own: The lamp that a point is on, whose light it does not ask for, or NONE.
+        """
+        own = mi.UInt32(own)
+        if self._choice is None:
+            return mi.UInt32(0), dr.select(own == 0, mi.Float(0), 1)
+        return self._choice.sample(u, p, active, own)
+
+    def probability(
+        self, lamp: mi.UInt32, p: mi.Point3f, active: mi.Bool, own: int | mi.UInt32 = NONE
+    ) -> mi.Float:
         """The probability with which `pick` chooses a lamp for points in the world."""
         if self._choice is None:
             return mi.Float(1)
         (chance,) = dr.if_stmt(
-            (lamp, p, mi.Bool(True)),
+            (lamp, p, mi.Bool(True), mi.UInt32(own)),
             active,
             lambda *arguments: (self._choice.probability(*arguments),),
             lambda *_: (mi.Float(1),),
@@ -180,18 +242,36 @@ def _device(table: np.ndarray) -> mi.Float:
     return buffer
 
 
-def _scene(emitters: Sequence[PureLightEmitter], room: mi.Scene) -> mi.Scene:
+def _mesh(emitters: Sequence[PureLightEmitter], bsdf: mi.BSDF | None = None) -> mi.Mesh:
+    """The exit surfaces in the world; with normals of their own if some finish is smooth."""
+    smooth = any(finish.smooth for e in emitters for finish in e.finishes)
     positions = [e.placement.point_to_world(e.luminaire.surface.positions) for e in emitters]
+    faces = [e.luminaire.surface.triangles.astype(np.uint32) for e in emitters]
+    if smooth:
+        positions = [p[f].reshape(-1, 3) for p, f in zip(positions, faces, strict=True)]
+        faces = [np.arange(f.size, dtype=np.uint32).reshape(-1, 3) for f in faces]
     counts = np.cumsum([0, *map(len, positions)])
-    faces = [
-        e.luminaire.surface.triangles.astype(np.uint32) + np.uint32(first)
-        for e, first in zip(emitters, counts, strict=False)
-    ]
-    mesh = mi.Mesh("exit surfaces", int(counts[-1]), sum(map(len, faces)))
+    props = mi.Properties()
+    if bsdf is not None:
+        props["bsdf"] = bsdf
+    mesh = mi.Mesh(
+        "exit surfaces", int(counts[-1]), sum(map(len, faces)), props, has_vertex_normals=smooth
+    )
     params = mi.traverse(mesh)
     params["vertex_positions"] = np.concatenate(positions).astype(np.float32).ravel()
-    params["faces"] = np.concatenate(faces).ravel()
+    own = [f + np.uint32(first) for f, first in zip(faces, counts, strict=False)]
+    params["faces"] = np.concatenate(own).ravel()
+    if smooth:
+        normals = np.concatenate([
+            corner_normals(e.luminaire.surface, e.finishes).reshape(-1, 3) @ e.placement.rotation.T
+            for e in emitters
+        ])  # fmt: skip
+        params["vertex_normals"] = normals.astype(np.float32).ravel()
     params.update()
+    return mesh
+
+
+def _scene(mesh: mi.Mesh, room: mi.Scene) -> mi.Scene:
     content = {"type": "scene", "lamps": mesh}
     if mi.variant().startswith("cuda"):
         content["room"] = room

@@ -60,14 +60,15 @@ def denoised(
     if not groups:
         return denoise(image, seen), {}
     clean = {name: denoise(group, seen) for name, group in groups.items()}
-    return np.sum(list(clean.values()), axis=0, dtype=np.float32), clean
+    whole = np.asarray(np.sum(list(clean.values()), axis=0), np.float32)
+    return whole, clean
 
 
 def _library() -> ModuleType | None:
     """The library; it would load PyTorch where that is installed, and has no use for it here."""
     absent = "torch" not in sys.modules
     if absent:
-        sys.modules["torch"] = None  # type: ignore[assignment] - the import then fails
+        sys.modules["torch"] = None  # type: ignore[assignment]  # The import then fails
     try:
         import pyoidn
     except (ImportError, OSError):

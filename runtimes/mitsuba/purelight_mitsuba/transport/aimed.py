@@ -71,11 +71,11 @@ class AimedLamps:
     """
 
     def __init__(self, lamps: Lamps, queries: Queries) -> None:
-        self._lamps, self._queries = lamps, queries
+        self.lamps, self._queries = lamps, queries
 
     def none(self) -> list[Segment]:
         """As many shadow rays as `aim` returns, none of them active."""
-        return [] if self._lamps.dark else [Segment.none()]
+        return [] if self.lamps.dark else [Segment.none()]
 
     def aim(
         self, scene: mi.Scene, vertex: Vertex, throughput: mi.Color3f, numbers: Numbers,
@@ -86,12 +86,13 @@ class AimedLamps:
         Arguments:
             throughput: Of the path up to the vertex.
         """
-        if self._lamps.dark:
+        if self.lamps.dark:
             return Shot([], mi.UInt32(0))
         # Choose a lamp and a direction toward it
         si = vertex.si
-        lamp, chance = self._lamps.pick(numbers.lamp, si.p, active)
-        place = self._lamps.place(lamp, active)
+        lamp, chance = self.lamps.pick(numbers.lamp, si.p, active, vertex.own)
+        active = active & (chance > 0)
+        place = self.lamps.place(lamp, active)
         aim = self._direction(lamp, place, si, numbers, active)
 
         # What its light would be worth to the pixel
@@ -105,7 +106,10 @@ class AimedLamps:
         useful = active & (aim.pdf_solid_angle > 0) & (dr.max(total) > 0)
         length, passes = self._reach(scene, place, ray, useful)
         open = (aim.facet == NONE) & passes
-        segment = Segment.of(ray, length, total, useful, lamp=lamp, facet=aim.facet, open=open)
+        segment = Segment.of(
+            ray, length, total, useful, lamp=lamp, facet=aim.facet, open=open,
+            own=vertex.own, skip=vertex.skip,
+        )  # fmt: skip
         return Shot([segment], aim.spoilt)
 
     def part_of_finding(
@@ -115,7 +119,7 @@ class AimedLamps:
 
         It is one where inactive, or where no other technique could have found it.
         """
-        if self._lamps.dark:
+        if self.lamps.dark:
             return Answer(mi.Float(1))
         compete, start = active & ~departure.delta, departure.vertex.p
         near = share(met.place.radii(start))
@@ -128,7 +132,7 @@ class AimedLamps:
             lambda *arguments: (self._pdf_surface(*arguments),),
             lambda *_: (mi.Float(0),),
         )
-        chance = self._lamps.probability(met.hit.lamp, start, compete)
+        chance = self.lamps.probability(met.hit.lamp, start, compete, departure.own)
         own, heuristic = departure.pdf_solid_angle, cutoff if self._queries.fast else power
         part = dr.lerp(heuristic(own, pdf.value * chance), power(own, pdf_surface * chance), near)
         return Answer(dr.select(compete, part, 1), pdf.spoilt)
@@ -171,22 +175,22 @@ class AimedLamps:
         u: mi.Point2f,
     ) -> Aim:  # fmt: skip
         """A point of the exit surface; its light counts if the ray meets its triangle first."""
-        drawn = self._lamps.surface.sample(place.asset, choice, u, mi.Bool(True))
+        drawn = self.lamps.surface.sample(place.asset, choice, u, mi.Bool(True))
         target = place.point_to_world(drawn.position)
         ray = start.spawn_ray_to(target)
         offset = place.direction_to_local(mi.Vector3f(target - ray.o) / place.scale)
-        pdf = self._lamps.surface.pdf_solid_angle(
+        pdf = self.lamps.surface.pdf_solid_angle(
             place.asset, drawn.facet, drawn.normal, offset, mi.Bool(True)
         )
         weight = mi.Color3f(dr.select(pdf > 0, 1 / pdf, 0))
-        facet = self._lamps.first_facet(lamp) + drawn.facet
+        facet = self.lamps.first_facet(lamp) + drawn.facet
         return Aim(ray.d, pdf, weight, mi.UInt32(0), target, facet)
 
     def _pdf_surface(self, place: Place, hit: Hit, toward: mi.Vector3f) -> mi.Float:
         """The density of the surface sampler for where a lamp was met."""
-        facet = hit.facet - self._lamps.first_facet(hit.lamp)
+        facet = hit.facet - self.lamps.first_facet(hit.lamp)
         local = place.direction_to_local(toward)
-        return self._lamps.surface.pdf_solid_angle(
+        return self.lamps.surface.pdf_solid_angle(
             place.asset, facet, hit.normal, local, mi.Bool(True)
         )
 

@@ -49,17 +49,23 @@ class PathTracer:
         scene, parts, limits = self._scene, self._parts, self._limits
         visible = path.active & ~(limits.hide_emitters & (path.depth == 0))
 
-        # Find the next surface
-        vertex = self._next(path)
-        si, valid = vertex.si, vertex.si.is_valid()
+        # Find the room's next surface
+        found = self._next(path)
 
         # What the lamps before it add, and let through; also on the last vertex's shadow rays
-        length = dr.select(valid, si.t, dr.largest(mi.Float))
-        view = Segment.of(path.ray, length, path.throughput, visible)
-        walked = parts.walk(view, path.departure, path.shadow_rays)
+        length = dr.select(found.is_valid(), found.t, dr.largest(mi.Float))
+        own, skip = path.departure.own, path.departure.skip
+        view = Segment.of(path.ray, length, path.throughput, visible, own=own, skip=skip)
+        walked = parts.walk(view, path.departure, path.shadow_rays, sampler)
         path.light = path.light + walked.light
         path.throughput = path.throughput * walked.survived
         path.seen = path.seen | (dr.min(walked.survived) < 1)
+
+        # The next vertex: there, or at a lamp
+        for stop in walked.stops:
+            found = dr.select(stop.active, stop.found, found)
+        vertex = Vertex.of(path.ray, found, parts.lamps, path.active)
+        si, valid = vertex.si, vertex.si.is_valid()
 
         # Light of an emitter that was hit
         path.light = path.light.add(parts.stock.hit(scene, si, path, visible))
@@ -76,14 +82,14 @@ class PathTracer:
         # Go on
         return self._go_on(path, vertex, sampler, onward)
 
-    def _next(self, path: Path) -> Vertex:
+    def _next(self, path: Path) -> mi.PreliminaryIntersection3f:
         """The room's next surface on the way of a path."""
         found = self._scene.ray_intersect_preliminary(path.ray, path.depth == 0, path.active)
         if self._limits.hide_emitters:
             first = path.active & (path.depth == 0)
             beyond = self._integrator.skip_area_emitters(self._scene, path.ray, True, first)
             found = dr.select(first, beyond, found)
-        return Vertex.of(path.ray, found, path.active)
+        return found
 
     def _go_on(self, path: Path, vertex: Vertex, sampler: mi.Sampler, onward: mi.Bool) -> Path:
         """Continues in a direction that the BSDF draws, or ends the path, also by roulette."""
@@ -104,7 +110,7 @@ class PathTracer:
             ray=si.spawn_ray(si.to_world(drawn.wo)),
             throughput=dr.select(roulette, throughput / chance, throughput),
             eta=eta,
-            departure=Departure(here, drawn.pdf, delta),
+            departure=Departure(here, drawn.pdf, delta, vertex.own, vertex.skip),
             shadow_rays=path.shadow_rays,
             light=path.light,
             depth=depth,

@@ -83,12 +83,16 @@ class Queued(Engine):
         queue.push(Waiting(ray.o, ray.d, found, throughput, numbers, queue.lane), slot, active)
         return []
 
+    def _vertex(self, waiting: Waiting) -> Vertex:
+        ray = mi.Ray3f(waiting.origin, waiting.direction)
+        return Vertex.of(ray, waiting.found, self._aimed.lamps)
+
     def _empty(self, queue: Queue, scene: mi.Scene, groups: int) -> Light:
         """Sends the shadow rays of the vertices that wait: their light for each path."""
         light, waiting = Light.dark(groups, len(queue.lane)), queue.take()
         if waiting is None:
             return light
-        vertex = Vertex.of(mi.Ray3f(waiting.origin, waiting.direction), waiting.found)
+        vertex = self._vertex(waiting)
         everywhere, numbers = mi.Bool(True), waiting.numbers
         shot = self._aimed.aim(scene, vertex, waiting.throughput, numbers, everywhere)
         (segment,) = shot.segments

@@ -42,6 +42,7 @@ class SceneParts:
         walk: Follows rays among the lamps.
         engine: Aims at them.
         groups: Names of the light groups to keep apart.
+        lamps: If there are any.
         media: What to say about participating media, which are left out; empty if there are none.
     """
 
@@ -51,6 +52,7 @@ class SceneParts:
     engine: Engine
     groups: tuple[str, ...]
     media: str
+    lamps: Lamps | None = None
 
 
 def prepare(scene: mi.Scene, settings: Settings, before: SceneParts | None) -> SceneParts:
@@ -76,8 +78,9 @@ def prepare(scene: mi.Scene, settings: Settings, before: SceneParts | None) -> S
     stock = StockEmitters(scene)
     if not emitters:
         return SceneParts(key, stock, NoLamps(len(groups)), Engine(), groups, media)
-    walk, engine = _among(Lamps(emitters, scene, groups), settings)
-    return SceneParts(key, stock, walk, engine, groups, media)
+    lamps = Lamps(emitters, scene, groups)
+    walk, engine = _among(lamps, settings)
+    return SceneParts(key, stock, walk, engine, groups, media, lamps)
 
 
 def _among(lamps: Lamps, settings: Settings) -> tuple[Walk, Engine]:

@@ -23,6 +23,8 @@ class Segment:
         lamp: The lamp a shadow ray leads to, or NONE.
         facet: The triangle of the lamp whose light counts, or ANY; NONE if its light is known.
         open: Whether the known light arrives although no lamp is met.
+        own: The lamp that it starts from, or NONE.
+        skip: A lamp that it has behind itself already, or NONE.
     """
 
     origin: mi.Point3f
@@ -33,6 +35,8 @@ class Segment:
     facet: mi.UInt32
     open: mi.Bool
     active: mi.Bool
+    own: mi.UInt32
+    skip: mi.UInt32
 
     @staticmethod
     def of(
@@ -44,10 +48,12 @@ class Segment:
         lamp: int | mi.UInt32 = NONE,
         facet: int | mi.UInt32 = NONE,
         open: bool | mi.Bool = False,
+        own: int | mi.UInt32 = NONE,
+        skip: int | mi.UInt32 = NONE,
     ) -> Segment:
         return Segment(
             ray.o, ray.d, length, weight, mi.UInt32(lamp), mi.UInt32(facet), mi.Bool(open),
-            mi.Bool(active),
+            mi.Bool(active), mi.UInt32(own), mi.UInt32(skip),
         )  # fmt: skip
 
     @staticmethod

@@ -7,8 +7,14 @@ from dataclasses import dataclass
 import drjit as dr
 import mitsuba as mi
 
+from purelight_mitsuba.lamps.table import Lamps
 from purelight_mitsuba.transport.light import Light
-from purelight_mitsuba.transport.segment import Segment
+from purelight_mitsuba.transport.segment import NONE, Segment
+
+
+def on_no_lamp() -> tuple[mi.UInt32, mi.UInt32]:
+    """Of what is on no lamp: `Vertex.own` and `Vertex.skip`."""
+    return mi.UInt32(NONE), mi.UInt32(NONE)
 
 
 @dataclass
@@ -19,11 +25,14 @@ class Departure:
         vertex: Where that is.
         pdf_solid_angle: Density of the direction.
         delta: Whether no other technique could have found the direction.
+        own, skip: As those of `Vertex`.
     """
 
     vertex: mi.Interaction3f
     pdf_solid_angle: mi.Float
     delta: mi.Bool
+    own: mi.UInt32
+    skip: mi.UInt32
 
 
 @dataclass
@@ -57,7 +66,7 @@ class Path:
         ray: mi.RayDifferential3f, shadow_rays: list[Segment], groups: int, active: mi.Bool
     ) -> Path:
         """A path at the camera."""
-        camera = Departure(dr.zeros(mi.Interaction3f), mi.Float(1), mi.Bool(True))
+        camera = Departure(dr.zeros(mi.Interaction3f), mi.Float(1), mi.Bool(True), *on_no_lamp())
         return Path(
             mi.Ray3f(ray), mi.Color3f(1), mi.Float(1), camera, shadow_rays, Light.dark(groups),
             mi.UInt32(0), mi.Bool(False), mi.Bool(active),
@@ -73,21 +82,34 @@ class Path:
 
 @dataclass
 class Vertex:
-    """Where rays end in the room.
+    """Where rays end in the room, or at a lamp.
 
     Arguments:
         found: Mitsuba's note of it, of which the others are made.
         si: Not valid where rays leave the room.
+        own: The lamp it is on, or NONE. That lamp's light is known there, and does not count.
+        skip: The same where the path goes on behind the lamp.
     """
 
     ray: mi.Ray3f
     found: mi.PreliminaryIntersection3f
     si: mi.SurfaceInteraction3f
     bsdf: mi.BSDFPtr
+    own: mi.UInt32
+    skip: mi.UInt32
 
     @staticmethod
     def of(
-        ray: mi.Ray3f, found: mi.PreliminaryIntersection3f, active: bool | mi.Bool = True
+        ray: mi.Ray3f,
+        found: mi.PreliminaryIntersection3f,
+        lamps: Lamps | None = None,
+        active: bool | mi.Bool = True,
     ) -> Vertex:
+        """A vertex.
+
+        Arguments:
+            lamps: Those that it may be on.
+        """
         si = found.compute_surface_interaction(ray, mi.RayFlags.All, active)
-        return Vertex(ray, found, si, si.bsdf(ray))
+        on = lamps.owner(found) if lamps is not None and lamps.finished else on_no_lamp()
+        return Vertex(ray, found, si, si.bsdf(ray), *on)

@@ -53,7 +53,9 @@ class StockEmitters:
         total = throughput * value * light * share
         ray = si.spawn_ray(ds.d)
         length = dr.select(far, dr.largest(mi.Float), ds.dist)
-        return [Segment.of(ray, length, total, active & (dr.max(total) > 0), open=True)]
+        useful = active & (dr.max(total) > 0)
+        own, skip = vertex.own, vertex.skip
+        return [Segment.of(ray, length, total, useful, open=True, own=own, skip=skip)]
 
     def hit(
         self, scene: mi.Scene, si: mi.SurfaceInteraction3f, path: Path, active: mi.Bool

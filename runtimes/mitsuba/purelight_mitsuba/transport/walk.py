@@ -9,10 +9,11 @@ from functools import partial
 import drjit as dr
 import mitsuba as mi
 
-from purelight_mitsuba.lamps.table import Lamps, Place
+from purelight_mitsuba.lamps.table import Hit, Lamps, Place
 from purelight_mitsuba.transport.aimed import AimedLamps
+from purelight_mitsuba.transport.events import Parts, Stop
 from purelight_mitsuba.transport.light import OTHERS, Light
-from purelight_mitsuba.transport.queries import ExitRay, Queries
+from purelight_mitsuba.transport.queries import Answer, ExitRay, Queries
 from purelight_mitsuba.transport.segment import ANY, NONE, Meeting, Segment
 from purelight_mitsuba.transport.state import Departure
 from purelight_mitsuba.transport.transmittance import Transmittance
@@ -48,6 +49,7 @@ class Progress:
         light: For the pixel.
         survived: Transmittance of the first segment.
         question: What is left to ask.
+        stops: Where a path's own segment ends at a lamp; empty in scenes without finishes.
     """
 
     turn: mi.UInt32
@@ -58,13 +60,28 @@ class Progress:
     light: Light
     survived: mi.Color3f
     question: Question
+    stops: list[Stop]
 
     @staticmethod
-    def begin(groups: int) -> Progress:
+    def begin(groups: int, stops: list[Stop]) -> Progress:
         return Progress(
             mi.UInt32(0), mi.Float(0), mi.UInt32(NONE), mi.UInt64(0), mi.Color3f(1),
-            Light.dark(groups), mi.Color3f(1), dr.zeros(Question),
+            Light.dark(groups), mi.Color3f(1), dr.zeros(Question), stops,
         )  # fmt: skip
+
+
+@dataclass
+class FarWall:
+    """The far wall of a hollow lamp, behind where it was met.
+
+    Arguments:
+        distance: From the segment's origin.
+        reflectance: Zero where there is none.
+    """
+
+    hit: Hit
+    distance: mi.Float
+    reflectance: mi.Color3f
 
 
 Shine = Callable[[Progress, Segment, Meeting], Progress]
@@ -74,30 +91,33 @@ class Walk:
     """Walks segments through the lamps, all kinds in one loop: networks are traced only once."""
 
     def __init__(self, lamps: Lamps, queries: Queries, aimed: AimedLamps) -> None:
-        self._lamps, self._queries, self._aimed = lamps, queries, aimed
+        self.lamps, self._queries, self._aimed = lamps, queries, aimed
         self._transmittance = Transmittance(lamps, queries)
 
     def __call__(
-        self, view: Segment, departure: Departure, shadow_rays: Sequence[Segment]
-    ) -> Progress:
+        self, view: Segment, departure: Departure, shadow_rays: Sequence[Segment],
+        sampler: mi.Sampler,
+    ) -> Progress:  # fmt: skip
         """Follows a path's own segment and the shadow rays of its last vertex.
 
         Arguments:
             view: Up to the room's next surface; sees every lamp on the way.
             departure: How its direction was found.
+            sampler: Says whether the path goes through a lamp with finishes, or ends there.
         """
-        return self._follow([view, *shadow_rays], partial(self._shine, departure))
+        stops = [Stop.none(sampler.next_1d())] if self.lamps.finished else []
+        return self._follow([view, *shadow_rays], partial(self._shine, departure), stops)
 
     def ask(self, aimed: Segment) -> Progress:
         """Follows a shadow ray to a lamp, whose radiance becomes a question."""
-        return self._follow([aimed], self._ask)
+        return self._follow([aimed], self._ask, [])
 
-    def _follow(self, segments: Sequence[Segment], shine: Shine) -> Progress:
+    def _follow(self, segments: Sequence[Segment], shine: Shine, stops: list[Stop]) -> Progress:
         def body(now: Progress) -> tuple[Progress]:
             return (self._step(now, _choose(segments, now.turn), shine),)
 
         (end,) = dr.while_loop(
-            (Progress.begin(len(self._lamps.groups)),),
+            (Progress.begin(len(self.lamps.groups), stops),),
             lambda now: now.turn < len(segments),
             body,
             label="walk among the lamps",
@@ -115,11 +135,13 @@ class Walk:
 
         # What it lets through, which a shadow ray does not ask of the lamp it leads to
         passing = met.fresh & ~met.target
-        blocking = self._transmittance(on, now.start, met, passing)
-        through, light = now.through * blocking.value, now.light.spoil(blocking.spoilt)
+        let, stops = self._pass(now, on, met, passing)
+        through, light = now.through * let.value, now.light.spoil(let.spoilt)
 
         # Light at the end of a shadow ray that has come so far
-        end = ~(met.hit.valid & (dr.max(through) > 0)) | met.target | self._lamps.single
+        end = ~(met.hit.valid & (dr.max(through) > 0)) | met.target | self.lamps.single
+        for stop in stops:
+            end = end | (stop.active & (now.turn == 0))
         arrives = end & ~met.target & on.active & on.open
         light = light.add(dr.select(arrives, through * on.weight, 0), self._source(on))
 
@@ -133,16 +155,62 @@ class Walk:
             light=light,
             survived=dr.select(end & (now.turn == 0), through, now.survived),
             question=now.question,
+            stops=stops,
         )
+
+    def _pass(
+        self, now: Progress, on: Segment, met: Meeting, active: mi.Bool
+    ) -> tuple[Answer, list[Stop]]:
+        """What a lamp makes of a segment: what is left of it, and whether it ends there."""
+        if not self.lamps.finished:
+            return self._transmittance(on, now.start, met, active), now.stops
+        outgoing = -met.place.direction_to_local(on.direction)
+        look, cosine = self.lamps.look(met.hit, outgoing), dr.dot(met.hit.normal, outgoing)
+        # A sheet met from the hollow behind it: nothing else of the lamp is on the way
+        hollow = look.sheet & (met.hit.lamp == on.own) & (cosine < 0)
+        known = self._transmittance(on, now.start, met, active & ~look.opaque & ~hollow)
+        passing = dr.select(hollow, 1 - look.reflectance(cosine), known.value)
+        viewing = active & look.known & (now.turn == 0)
+        far = self._far_wall(on, met, viewing & look.sheet & ~hollow) if now.stops else None
+        parts = Parts.of(look, cosine, passing, far and far.reflectance)
+        straight = dr.select(active, parts.straight, 1)
+        if not now.stops:
+            return Answer(straight, known.spoilt), []
+        (before,) = now.stops
+        event = parts.draw(before.u, far and far.reflectance)
+        ended = viewing & event.stops
+        found = self.lamps.vertex(met.hit, met.distance, event.spreading)
+        if far is not None:
+            found = dr.select(event.inside, self.lamps.vertex(far.hit, far.distance, False), found)
+        stop = Stop(
+            dr.select(ended, found, before.found), before.active | ended,
+            dr.select(viewing, event.u, before.u),
+        )  # fmt: skip
+        return Answer(dr.select(viewing, event.weight, straight), known.spoilt), [stop]
+
+    def _far_wall(self, on: Segment, met: Meeting, active: mi.Bool) -> FarWall | None:
+        """The sheet that is met from behind next, in scenes where there are sheets."""
+        if not self.lamps.sheets:
+            return None
+        lift = (1 + met.distance + dr.max(dr.abs(met.point))) * mi.math.RayEpsilon
+        start = met.distance + lift
+        ray = mi.Ray3f(dr.fma(on.direction, start, on.origin), on.direction)
+        ray.maxt = on.length - start
+        hit = self.lamps.intersect(ray, active)
+        outgoing = -met.place.direction_to_local(on.direction)
+        look, cosine = self.lamps.look(hit, outgoing), dr.dot(hit.normal, outgoing)
+        mirrors = hit.valid & (hit.lamp == met.hit.lamp) & look.sheet & (cosine < 0)
+        return FarWall(hit, start + hit.t, dr.select(mirrors, look.reflectance(cosine), 0))
 
     def _meet(self, now: Progress, on: Segment) -> Meeting:
         """The next lamp on a segment, from where it has been walked to."""
         ray = mi.Ray3f(dr.fma(on.direction, now.start, on.origin), on.direction)
         ray.maxt = on.length - now.start
-        hit = self._lamps.intersect(ray, on.active)
-        place = self._lamps.place(hit.lamp, hit.valid)
-        group = self._lamps.group(hit.lamp, hit.valid)
+        hit = self.lamps.intersect(ray, on.active)
+        place = self.lamps.place(hit.lamp, hit.valid)
+        group = self.lamps.group(hit.lamp, hit.valid)
         fresh = hit.valid & (hit.lamp != now.last) & ((now.passed & place.bit) == 0)
+        fresh = fresh & (hit.lamp != on.skip)
         target = fresh & (hit.lamp == on.lamp)
         distance = now.start + hit.t
         point = dr.fma(on.direction, distance, on.origin)
@@ -153,6 +221,7 @@ class Walk:
         """Adds the radiance of a lamp that a view meets, or to which a shadow ray leads."""
         viewing = now.turn == 0
         shining = (met.fresh & viewing) | met.seen
+        shining = shining & (met.hit.lamp != on.own)
         part = self._aimed.part_of_finding(on, met, departure, shining & viewing)
         shining = shining & (part.value > 0)
         ray = ExitRay.of(met.place, met.hit, met.point, on.direction)
@@ -172,7 +241,7 @@ class Walk:
     def _source(self, on: Segment) -> mi.UInt32:
         """The light group of a shadow ray's end."""
         lamp = on.lamp != NONE
-        return dr.select(lamp, self._lamps.group(on.lamp, lamp), OTHERS)
+        return dr.select(lamp, self.lamps.group(on.lamp, lamp), OTHERS)
 
 
 class NoLamps:
@@ -186,9 +255,10 @@ class NoLamps:
         self._groups = groups
 
     def __call__(
-        self, view: Segment, departure: Departure, shadow_rays: Sequence[Segment]
-    ) -> Progress:
-        end = Progress.begin(self._groups)
+        self, view: Segment, departure: Departure, shadow_rays: Sequence[Segment],
+        sampler: mi.Sampler,
+    ) -> Progress:  # fmt: skip
+        end = Progress.begin(self._groups, [])
         for ray in shadow_rays:
             end.light = end.light.add(dr.select(ray.active, ray.weight, 0))
         return end

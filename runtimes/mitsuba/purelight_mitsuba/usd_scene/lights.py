@@ -10,7 +10,6 @@ from typing import Any
 import mitsuba as mi
 import numpy as np
 
-from purelight_mitsuba.usd_scene.shaped_area import ShapedArea
 from purelight_mitsuba.usd_scene.shaping import shaping
 from purelight_mitsuba.usd_scene.values import Values, rigid, scales
 
@@ -64,6 +63,8 @@ def _area_light(
     place = {"type": shape, "to_world": mi.ScalarTransform4f(np.ascontiguousarray(at))}
     emitter: Any = {"type": "area", "radiance": _rgb(radiance)}
     if not shaped.even:
+        from purelight_mitsuba.usd_scene.shaped_area import ShapedArea  # Needs a variant
+
         emitter = ShapedArea(radiance, shaped, mi.load_dict(place))
     return place | {"emitter": emitter, "bsdf": {"type": "diffuse", "reflectance": 0.0}}
 

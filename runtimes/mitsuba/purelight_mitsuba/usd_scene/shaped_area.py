@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
 from typing import Any
 
 import drjit as dr
@@ -11,34 +10,7 @@ import mitsuba as mi
 import numpy as np
 
 from purelight_mitsuba.sampling.direction_table import DirectionTable
-
-
-@dataclass(frozen=True)
-class Shaping:
-    """The factors on a light's radiance, by the formulas of UsdLux.
-
-    Arguments:
-        to_local: [3, 3] from the world into the light's frame, whose axis is -Z.
-        focus: Power of the cosine to the axis.
-        tint: [3] what is left where focus takes all.
-        cone: Half-angle of the light in degrees; 180 or more for no limit.
-        softness: Part of the cone within which the light fades.
-        profile: [HORIZONTAL, VERTICAL] on the grid of `far_field`, or None.
-        angle_scale: Of the profile's vertical angles.
-    """
-
-    to_local: np.ndarray = field(default_factory=lambda: np.eye(3))
-    focus: float = 0.0
-    tint: np.ndarray = field(default_factory=lambda: np.zeros(3))
-    cone: float = 180.0
-    softness: float = 0.0
-    profile: np.ndarray | None = None
-    angle_scale: float = 0.0
-
-    @property
-    def even(self) -> bool:
-        """Whether there is nothing to do."""
-        return self.focus <= 0 and self.cone >= 180 and self.profile is None
+from purelight_mitsuba.usd_scene.shaping import Shaping
 
 
 class ShapedArea(mi.Emitter):
@@ -55,7 +27,8 @@ class ShapedArea(mi.Emitter):
         super().__init__(mi.Properties())
         self._shape = shape
         self.m_flags = mi.EmitterFlags.Surface
-        self._radiance = mi.Color3f(*map(float, radiance))
+        self.radiance = tuple(map(float, radiance))
+        self._radiance = mi.Color3f(*self.radiance)
         self._rows = [mi.Vector3f(*row) for row in shaping.to_local.tolist()]
         self._tint = mi.Color3f(*map(float, shaping.tint))
         self._focus = mi.Float(shaping.focus)

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
 from purelight_mitsuba.usd_scene.corners import Corners
-from purelight_mitsuba.usd_scene.materials import Materials
 from purelight_mitsuba.usd_scene.polygons import polygons
 from purelight_mitsuba.usd_scene.solids import SOLIDS, solid
 from purelight_mitsuba.usd_scene.subdivided import subdivided
@@ -19,8 +18,18 @@ KINDS = ("Mesh", *SOLIDS)
 Note = Callable[[Any, str], None]
 
 
+class Bindings(Protocol):
+    """What is asked about the materials of a shape, as `materials.Materials` tells it."""
+
+    def uv_name(self, prim: Any) -> str:
+        """The primvar with the texture coordinates of its material."""
+
+    def subsets(self, prim: Any) -> Iterator[tuple[Any, np.ndarray]]:
+        """Its parts with materials of their own: the subset, and its faces."""
+
+
 def shapes(
-    prim: Any, values: Values, materials: Materials, note: Note, copies: int = 1
+    prim: Any, values: Values, materials: Bindings, note: Note, copies: int = 1
 ) -> Iterator[tuple[Any, Corners]]:
     """A prim of `KINDS` as triangles in the frame that `values` leads to.
 
@@ -36,7 +45,7 @@ def shapes(
 
 
 def _mesh(
-    prim: Any, values: Values, materials: Materials, note: Note, copies: int
+    prim: Any, values: Values, materials: Bindings, note: Note, copies: int
 ) -> Corners | None:
     """The triangles in the prim's own frame."""
     if str(prim.GetTypeName()) in SOLIDS:
@@ -53,7 +62,7 @@ def _mesh(
     return triangles.flipped() if inward else triangles
 
 
-def _parts(prim: Any, corners: Corners, materials: Materials) -> Iterator[tuple[Any, Corners]]:
+def _parts(prim: Any, corners: Corners, materials: Bindings) -> Iterator[tuple[Any, Corners]]:
     """The triangles by material."""
     rest = np.ones(len(corners.face), bool)
     subsets = materials.subsets(prim) if str(prim.GetTypeName()) == "Mesh" else ()

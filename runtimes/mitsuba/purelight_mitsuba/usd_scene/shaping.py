@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -11,11 +12,38 @@ import numpy as np
 from purelight_format.errors import PureLightError
 from purelight_format.photometry.reader import read_ies
 from purelight_mitsuba.sampling.far_field import integral, on_grid
-from purelight_mitsuba.usd_scene.shaped_area import Shaping
 from purelight_mitsuba.usd_scene.values import Values, rigid
 
 LARGEST_IES = 4 << 20  # Bytes.
 HEMISPHERE = 95.0  # Degrees; a profile of no larger span counts as one half of space.
+
+
+@dataclass(frozen=True)
+class Shaping:
+    """The factors on a light's radiance, by the formulas of UsdLux.
+
+    Arguments:
+        to_local: [3, 3] from the world into the light's frame, whose axis is -Z.
+        focus: Power of the cosine to the axis.
+        tint: [3] what is left where focus takes all.
+        cone: Half-angle of the light in degrees; 180 or more for no limit.
+        softness: Part of the cone within which the light fades.
+        profile: [HORIZONTAL, VERTICAL] on the grid of `far_field`, or None.
+        angle_scale: Of the profile's vertical angles.
+    """
+
+    to_local: np.ndarray = field(default_factory=lambda: np.eye(3))
+    focus: float = 0.0
+    tint: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    cone: float = 180.0
+    softness: float = 0.0
+    profile: np.ndarray | None = None
+    angle_scale: float = 0.0
+
+    @property
+    def even(self) -> bool:
+        """Whether there is nothing to do."""
+        return self.focus <= 0 and self.cone >= 180 and self.profile is None
 
 
 def shaping(prim: Any, values: Values, note: Callable[[Any, str], None]) -> Shaping:

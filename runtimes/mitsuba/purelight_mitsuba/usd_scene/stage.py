@@ -100,7 +100,7 @@ def load_usd(path: Path, *, view: str | None = None, frame: float | None = None)
     Raises:
         PureLightError: If the stage cannot be opened or has no such camera, or a lamp is faulty.
     """
-    stage = _open(path)
+    stage = open_stage(path)
     from pxr import Usd
 
     time = Usd.TimeCode.EarliestTime() if frame is None else Usd.TimeCode(frame)
@@ -111,7 +111,12 @@ def load_usd(path: Path, *, view: str | None = None, frame: float | None = None)
     return UsdScene(_load(reader.parts, path), list(reader.notes))
 
 
-def _open(path: Path) -> Any:
+def open_stage(path: Path) -> Any:
+    """Opens a stage.
+
+    Raises:
+        PureLightError: If OpenUSD is missing or cannot read it.
+    """
     try:
         from pxr import Tf, Usd
     except ImportError as error:

@@ -1,4 +1,4 @@
-"""Closed bodies and open sheets that lamps of any kind are made of, besides the examples' parts."""
+"""Closed bodies and open sheets that lamps of any kind are made of, besides `parts`."""
 
 from __future__ import annotations
 
@@ -27,6 +27,12 @@ def lathe(loop: ArrayLike, sections: int) -> trimesh.Trimesh:
     """A closed wall turned about Z from a closed loop [K, 2] of (r, z), off the axis."""
     points = np.asarray(loop, np.float64)
     return solid(_turned(points, sections).reshape(-1, 3), _wrapped(len(points), sections))
+
+
+def looped(rings: ArrayLike) -> trimesh.Trimesh:
+    """A closed wall through rings [R, K, 3] of corners, the last of which leads to the first."""
+    corners = np.asarray(rings, np.float64)
+    return solid(corners.reshape(-1, 3), _wrapped(*corners.shape[:2]))
 
 
 def band(profile: ArrayLike, thickness: float) -> Floats:
@@ -114,9 +120,13 @@ def slab(middle: ArrayLike, thickness: float) -> trimesh.Trimesh:
     u, v = np.gradient(grid, axis=(0, 1))
     normal = np.cross(u, v)
     normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
-    rows, columns = grid.shape[:2]
-    sides = [grid + 0.5 * s * thickness * normal for s in (1, -1)]
-    vertices = np.concatenate([side.reshape(-1, 3) for side in sides])
+    return between(*(grid + 0.5 * s * thickness * normal for s in (1, -1)))
+
+
+def between(upper: Floats, lower: Floats) -> trimesh.Trimesh:
+    """The closed body between two surface patches [U, V, 3]."""
+    rows, columns = upper.shape[:2]
+    vertices = np.concatenate([side.reshape(-1, 3) for side in (upper, lower)])
     top, half = _grid(rows, columns), rows * columns
     index = np.arange(half).reshape(rows, columns)
     rim = np.concatenate((index[0, :-1], index[:-1, -1], index[-1, :0:-1], index[:0:-1, 0]))

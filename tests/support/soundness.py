@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations
@@ -14,23 +14,39 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from trimesh.ray.ray_pyembree import RayMeshIntersector
 
-from benchmarks.zoo.lamps.lamp import Lamp
-from benchmarks.zoo.lamps.pieces import Piece
-
 Floats = NDArray[np.float64]
 AWAY = np.array([0.5773, 0.4142, 0.7038])  # a direction that no lamp is aligned to
 
 
 @dataclass(frozen=True)
-class Shell:
-    """One connected surface of a piece, as triangles of merged corners."""
+class Body:
+    """A part of a lamp.
 
-    piece: Piece
+    Arguments:
+        solid: whether its walls are closed and their normals leave what it is made of.
+    """
+
+    name: str
+    mesh: trimesh.Trimesh
+    solid: bool = True
+
+
+@dataclass(frozen=True)
+class Shell:
+    """One connected surface of a body, as triangles of merged corners."""
+
+    body: Body
     mesh: trimesh.Trimesh
 
     @cached_property
     def rays(self) -> RayMeshIntersector:
         return RayMeshIntersector(self.mesh, scale_to_box=False)
+
+    @cached_property
+    def bounds(self) -> Floats:
+        """Its least and greatest coordinates: [2, 3]."""
+        bounds: Floats = self.mesh.bounds
+        return bounds
 
     @cached_property
     def edges(self) -> Floats:
@@ -39,21 +55,21 @@ class Shell:
         return ends
 
 
-def faults(lamp: Lamp) -> list[str]:
+def faults(bodies: Sequence[Body]) -> list[str]:
     """All that is wrong with a lamp's geometry, in words; nothing if it is sound."""
-    found = [fault for piece in lamp.pieces for fault in _piece_faults(piece)]
+    found = [fault for body in bodies for fault in _body_faults(body)]
     if found:
         return found
-    shells = [shell for piece in lamp.pieces for shell in split(piece)]
+    shells = [shell for body in bodies for shell in split(body)]
     found += [
-        f"{a.piece.name} and {b.piece.name} meet" for a, b in combinations(shells, 2) if meet(a, b)
+        f"{a.body.name} and {b.body.name} meet" for a, b in combinations(shells, 2) if meet(a, b)
     ]
     return found + list(_depth_faults(shells))
 
 
-def split(piece: Piece) -> list[Shell]:
-    """The connected surfaces of a piece; corners at one place are one."""
-    mesh = piece.triangles
+def split(body: Body) -> list[Shell]:
+    """The connected surfaces of a body; corners at one place are one."""
+    mesh = body.mesh
     corners, index = np.unique(mesh.vertices.round(12), axis=0, return_inverse=True)
     faces = index.reshape(-1)[mesh.faces]
     pairs = np.concatenate((faces[:, :2], faces[:, 1:]))
@@ -65,31 +81,34 @@ def split(piece: Piece) -> list[Shell]:
     ]
     for part in made:
         part.remove_unreferenced_vertices()
-    return [Shell(piece, part) for part in made if len(part.faces)]
+    return [Shell(body, part) for part in made if len(part.faces)]
 
 
 def meet(a: Shell, b: Shell) -> bool:
     """Whether an edge of one surface passes through the other, or touches it."""
+    (a_low, a_high), (b_low, b_high) = a.bounds, b.bounds
+    if (a_high < b_low).any() or (b_high < a_low).any():
+        return False
     return _pierced(a, b) or _pierced(b, a)
 
 
-def _piece_faults(piece: Piece) -> Iterator[str]:
-    mesh = piece.triangles
+def _body_faults(body: Body) -> Iterator[str]:
+    mesh = body.mesh
     if not np.isfinite(mesh.vertices).all():
-        yield f"{piece.name} has corners that are no numbers"
+        yield f"{body.name} has corners that are no numbers"
         return
     if mesh.area_faces.min() <= 1e-12:
-        yield f"{piece.name} has a triangle without area"
-    if not piece.solid:
+        yield f"{body.name} has a triangle without area"
+    if not body.solid:
         return
-    for shell in split(piece):
+    for shell in split(body):
         if not (shell.mesh.is_watertight and shell.mesh.is_winding_consistent):
-            yield f"{piece.name} is not closed"
+            yield f"{body.name} is not closed"
 
 
 def _pierced(a: Shell, b: Shell) -> bool:
     """Whether an edge of `a` meets a triangle of `b`."""
-    low, high = b.mesh.bounds
+    low, high = b.bounds
     ends = a.edges
     near = ((ends.min(1) <= high) & (ends.max(1) >= low)).all(1)
     if not near.any():
@@ -110,17 +129,20 @@ def _depth_faults(shells: list[Shell]) -> Iterator[str]:
 
     A hollow is cut out of its own body, so that goes around it once.
     """
-    bodies = [s for s in shells if s.piece.solid]
+    solids = [s for s in shells if s.body.solid]
     for shell in shells:
-        hollow = shell.piece.solid and shell.mesh.volume < 0
+        hollow = shell.body.solid and shell.mesh.volume < 0
         at = shell.mesh.vertices[0]
-        depth = sum(_winding(body, at) for body in bodies if body is not shell)
+        depth = sum(_winding(solid, at) for solid in solids if solid is not shell)
         if depth != (1 if hollow else 0):
-            yield f"{shell.piece.name} stands in {depth} bodies"
+            yield f"{shell.body.name} stands in {depth} bodies"
 
 
 def _winding(shell: Shell, point: Floats) -> int:
     """How often a closed surface goes around a point: -1 for a hollow."""
+    low, high = shell.bounds
+    if (point < low).any() or (point > high).any():
+        return 0
     a, b, c = (shell.mesh.triangles[:, k] - point for k in range(3))
     sides = [np.cross(p, q) @ AWAY for p, q in ((a, b), (b, c), (c, a))]
     front = np.all([s > 0 for s in sides], 0)

@@ -1,0 +1,1 @@
+"""The verdict beside the truth: does it say good when it is good?"""

@@ -1,0 +1,132 @@
+"""The jobs of a catalogue: a few for each lamp, each named by a digest of all it depends on."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from purelight_catalogue.entries import Entry
+from purelight_catalogue.inputs import input_digest
+from purelight_catalogue.version import version
+from purelight_train.presets import PRESETS
+
+GIB = float(1 << 30)
+# GiB at the peak, measured on lamps of the zoo and rounded up; `paper` as on its GPU's host
+TRAINING = {"sketch": 2.0, "draft": 3.0, "standard": 6.0, "paper": 16.0}
+SMALL = 1.5
+TRACING = 2.0
+PART = 1 << 24  # photons of one task: minutes of a core
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What is asked for all lamps; what an entry says itself goes first.
+
+    Arguments:
+        preset, seed: of `purelight-train`.
+        target_error: of `purelight-size`; none to leave the networks as they are.
+        picture: pixels along each side of a lamp's picture.
+        photons: to trace besides, for flux, far field and a picture that are known well.
+        device: of training; a GPU is a resource that a job asks for.
+    """
+
+    preset: str = "draft"
+    seed: int = 0
+    target_error: float | None = None
+    picture: int = 384
+    photons: int = 0
+    device: str = "cpu"
+
+
+@dataclass(frozen=True)
+class Job:
+    """One stage of one lamp.
+
+    Arguments:
+        stage: what kind of work it is, a key of `stages.STAGES`.
+        key: SHA-256 of the version, the stage, its arguments and the keys before it. Equal keys
+            have equal results, whoever computes them.
+        lamp: for people; another lamp with the same key has the same result.
+        arguments: of the stage, as JSON has them.
+        before: keys of the jobs whose results it reads, by what they are to it.
+        gibibytes: memory that it may take.
+        gpu: whether it needs one.
+    """
+
+    stage: str
+    key: str
+    lamp: str
+    arguments: Mapping[str, Any]
+    before: Mapping[str, str]
+    gibibytes: float = SMALL
+    gpu: bool = False
+
+    @property
+    def title(self) -> str:
+        """For people and logs."""
+        return f"{self.lamp}: {self.stage}"
+
+
+def jobs_of(entry: Entry, settings: Settings) -> list[Job]:
+    """The jobs of a lamp, each behind those that it needs.
+
+    Raises:
+        PureLightError: its file is not there, or its options are none.
+    """
+    options = {"preset": (settings.preset,), "seed": (str(settings.seed),), **entry.options}
+    training = TRAINING.get(str(options["preset"][0]), max(TRAINING.values()))
+    gpu = settings.device == "cuda"
+    train = _job("train", entry, {}, training, gpu=gpu, file=str(entry.file.resolve()),
+                 digest=input_digest(entry.file), device=settings.device,
+                 options={key: list(value) for key, value in sorted(options.items())})  # fmt: skip
+    target = entry.target_error or settings.target_error
+    jobs = [train]
+    if target:
+        jobs.append(_job("size", entry, {"run": train}, training, target_error=target))
+    export = _job("export", entry, {"run": jobs[-1]}, name=entry.name, lumens=entry.lumens)
+    check = _job("check", entry, {"bundle": export}, name=entry.name)
+    picture = _job("picture", entry, {"bundle": export}, name=entry.name, size=settings.picture)
+    return [*jobs, export, check, picture, *_photons(entry, settings.photons)]
+
+
+def _photons(entry: Entry, count: int) -> list[Job]:
+    """Tracing in parts, and what joins them."""
+    if not count:
+        return []
+    digest, file = input_digest(entry.file), str(entry.file.resolve())
+    parts = [
+        _job("photons", entry, {}, TRACING, file=file, digest=digest, paths=PART, seed=1 + number)
+        for number in range(-(-count // PART))
+    ]
+    before = {f"part {number}": part for number, part in enumerate(parts)}
+    return [*parts, _job("photometry", entry, before, name=entry.name)]
+
+
+def _job(
+    stage: str, entry: Entry, before: Mapping[str, Job], gibibytes: float = SMALL,
+    *, gpu: bool = False, **arguments: Any,
+) -> Job:  # fmt: skip
+    keys = {role: job.key for role, job in before.items()}
+    return Job(stage, job_key(stage, arguments, keys), entry.name, arguments, keys, gibibytes, gpu)
+
+
+def job_key(stage: str, arguments: Mapping[str, Any], before: Mapping[str, str]) -> str:
+    """The digest that names a job's result; where a file lies is no part of it, its bytes are."""
+    known = {key: value for key, value in arguments.items() if key != "file"}
+    text = json.dumps([version(), stage, known, before], sort_keys=True)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def check_presets(entries: Sequence[Entry], settings: Settings) -> list[str]:
+    """Presets that nobody knows, each once."""
+    named = {entry.options.get("preset", (settings.preset,))[0] for entry in entries}
+    return sorted(named - set(PRESETS))
+
+
+def lamp_files(jobs: Sequence[Job]) -> list[Path]:
+    """The files that the jobs begin with."""
+    return [Path(job.arguments["file"]) for job in jobs if "file" in job.arguments]

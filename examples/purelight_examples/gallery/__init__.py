@@ -1,0 +1,1 @@
+"""All lamps and rooms, trained and rendered by one command."""

@@ -1,0 +1,1 @@
+"""The intermediate form: statements over static arrays, which every printer reads."""

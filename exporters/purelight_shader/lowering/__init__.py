@@ -1,0 +1,1 @@
+"""From a vetted network to the intermediate form, operator by operator."""

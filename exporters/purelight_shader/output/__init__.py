@@ -1,0 +1,1 @@
+"""What lies in the folder that is made of a lamp."""

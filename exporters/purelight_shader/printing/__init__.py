@@ -1,0 +1,1 @@
+"""The intermediate form as text: one printer for Slang, one for OSL."""

@@ -1,0 +1,1 @@
+"""The languages that a lamp can be written in."""

@@ -1,0 +1,51 @@
+"""Jobs on Dask: they are done, and a worker that is killed loses nothing."""
+
+from __future__ import annotations
+
+import os
+import signal
+import threading
+from pathlib import Path
+
+import pytest
+
+from purelight_catalogue.engine import engine, run
+from purelight_catalogue.jobs import Job
+from purelight_catalogue.results import Results
+from purelight_format.errors import PureLightError
+
+Exported = tuple[Results, dict[str, list[Job]]]
+
+
+def all_jobs(work: dict[str, list[Job]]) -> list[Job]:
+    return [job for jobs in work.values() for job in jobs]
+
+
+def test_a_killed_worker_loses_nothing(exported: Exported, tmp_path: Path) -> None:
+    results, work = exported
+    jobs = all_jobs(work)
+    with engine(2, None) as client:
+        pids = list(client.run(os.getpid).values())
+        killer = threading.Timer(0.5, os.kill, (pids[0], signal.SIGKILL))
+        killer.start()
+        outcomes = list(run(client, jobs, results.folder, tmp_path / "logs"))
+        killer.join()
+    assert [outcome.fault for outcome in outcomes] == [""] * len(jobs)
+    assert {outcome.job.key for outcome in outcomes} == {job.key for job in jobs}
+    assert all(results.done(job) for job in jobs)
+    assert not any(
+        outcome.fresh for outcome in outcomes if outcome.job.stage in ("train", "export")
+    )
+
+
+def test_a_job_too_large_for_any_worker_is_one_line(exported: Exported, tmp_path: Path) -> None:
+    results, work = exported
+    job = work["desk"][0]
+    huge = Job(job.stage, "f" * 64, job.lamp, job.arguments, {}, gibibytes=1e6)
+    with engine(1, None) as client, pytest.raises(PureLightError, match="needs 1e\\+06 GiB"):
+        list(run(client, [huge], results.folder, tmp_path))
+
+
+def test_nobody_at_the_address_is_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    with pytest.raises(PureLightError, match="no scheduler at"), engine(1, "tcp://127.0.0.1:9"):
+        pass

@@ -1,0 +1,90 @@
+"""Light traced in parts: the sums are those of all at once."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from purelight_catalogue import photons
+from purelight_catalogue.entries import Entry
+from purelight_catalogue.jobs import PART, Settings, jobs_of
+from purelight_catalogue.streams import Streams, joined
+from purelight_format.errors import PureLightError
+from tests.support import tiny
+
+
+def batches(count: int) -> list[dict[str, np.ndarray]]:
+    rng = np.random.default_rng(5)
+    return [{"flux": rng.normal(3, 1, 3), "far_field": rng.random((2, 4, 3))} for _ in range(count)]
+
+
+def test_parts_join_to_the_whole_in_any_order(tmp_path: Path) -> None:
+    whole, parts, files = Streams(), [Streams() for _ in range(3)], []
+    for number, arrays in enumerate(batches(12)):
+        whole.add(10, arrays)
+        parts[number % 3].add(10, arrays)
+    for number, part in enumerate(parts):
+        files.append(tmp_path / f"{number}.npz")
+        part.write(files[-1])
+    again = joined(reversed(files))
+    assert (again.batches, again.paths) == (12, 120)
+    for name in ("flux", "far_field"):
+        np.testing.assert_allclose(again.mean(name), whole.mean(name), rtol=1e-12)
+        np.testing.assert_allclose(again.error(name), whole.error(name), rtol=1e-9)
+
+
+def test_the_error_is_the_spread_of_the_batches() -> None:
+    streams = Streams()
+    values = np.random.default_rng(1).normal(7, 2, (400, 3))
+    for value in values:
+        streams.add(1, {"flux": value})
+    expected = values.std(0, ddof=1) / math.sqrt(len(values))
+    np.testing.assert_allclose(streams.error("flux"), expected, rtol=1e-9)
+
+
+def test_one_batch_knows_no_error() -> None:
+    streams = Streams()
+    streams.add(1, {"flux": np.ones(3)})
+    assert np.isinf(streams.error("flux")).all()
+
+
+def test_a_part_that_is_no_part_is_one_line(tmp_path: Path) -> None:
+    (tmp_path / "part.npz").write_bytes(b"PK")
+    with pytest.raises(PureLightError, match="unreadable"):
+        Streams.read(tmp_path / "part.npz")
+
+
+def test_a_lamps_photons_are_parted_by_seed(tmp_path: Path) -> None:
+    entry = Entry("lamp", tiny.write(tmp_path))
+    jobs = jobs_of(entry, Settings(photons=2 * PART + 1))
+    parts, (join,) = (
+        [job for job in jobs if job.stage == kind] for kind in ("photons", "photometry")
+    )
+    assert [part.arguments["seed"] for part in parts] == [1, 2, 3]
+    assert list(join.before.values()) == [part.key for part in parts]
+    more = jobs_of(entry, Settings(photons=4 * PART))
+    assert {part.key for part in parts} <= {job.key for job in more}  # What is traced stays
+
+
+def test_a_lamp_is_traced_and_joined(tmp_path: Path) -> None:
+    lamp, files = tiny.write(tmp_path), []
+    for seed in (1, 2):
+        files.append(tmp_path / f"{seed}.npz")
+        words = ["trace", str(lamp), "--paths", "1", "--seed", str(seed), "--output"]
+        assert photons.main([*words, str(files[-1])]) == 0
+    words = ["join", *map(str, files), "--name", "lamp", "--output", str(tmp_path / "out")]
+    assert photons.main(words) == 0
+    figures = json.loads((tmp_path / "out/lamp.photons.json").read_text())
+    first, second = (Streams.read(file).mean("flux") for file in files)
+    assert (first != second).any()
+    np.testing.assert_allclose(figures["flux"], (first + second) / 2)
+    assert 0 < figures["lumens_error"] < 0.02 * figures["lumens"]
+    from photompy import IESFile
+
+    lumens = IESFile.read(tmp_path / "out/lamp.photons.ies").photometry.total_optical_power()
+    assert float(lumens) == pytest.approx(figures["lumens"], rel=5e-3)
+    assert (tmp_path / "out/truth.png").is_file()

@@ -1,0 +1,128 @@
+"""OBJ: groups, odd faces, missing libraries, and materials of several dialects."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from purelight_import.formats import read
+from purelight_import.importing import read_lamp
+from purelight_import.model.lamp import Part
+from purelight_import.model.material import Material
+from purelight_import.options import Options
+
+VERTICES = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0.5 1.5 0\n"
+
+
+def parts(folder: Path, text: str, mtl: str | None = None) -> dict[str, Part]:
+    if mtl is not None:
+        (folder / "lamp.mtl").write_text(mtl)
+        text = f"mtllib lamp.mtl\n{text}"
+    (folder / "lamp.obj").write_text(text)
+    return {part.name: part for part in read(folder / "lamp.obj").parts}
+
+
+def material(folder: Path, mtl: str) -> Material:
+    (part,) = parts(folder, f"{VERTICES}usemtl M\nf 1 2 3", f"newmtl M\n{mtl}").values()
+    assert isinstance(part.material, Material)
+    return part.material
+
+
+def test_objects_groups_and_materials_are_parts(tmp_path: Path) -> None:
+    text = f"{VERTICES}o Shade\nusemtl A\nf 1 2 3\nusemtl B\nf 1 3 4\no Foot\ng Ring\nf 1 2 3 4\n"
+    found = parts(tmp_path, text)
+    assert list(found) == ["Shade", "Shade_2", "Foot"]
+    assert found["Foot"].names == ("Foot", "Foot", "Ring", "B")
+    assert [p.material.name for p in found.values()] == ["A", "B", "B"]
+
+
+def test_polygons_and_indices_counted_back(tmp_path: Path) -> None:
+    (part,) = parts(tmp_path, f"{VERTICES}f -5 -4 -3 -1 -2\nv 9 9 9\n").values()
+    assert part.mesh.area == pytest.approx(1.25)
+    assert len(part.mesh.triangles) == 3
+    assert (part.mesh.cross[:, 2] > 0).all()
+
+
+def test_texture_coordinates_and_normals_by_corner(tmp_path: Path) -> None:
+    text = f"{VERTICES}vt 0 0\nvt 1 0.25\nvn 0 0 1\nf 1/1/1 2/2/1 3/1/1\nf 1/2/1 3/1/1 4/1/1\n"
+    (part,) = parts(tmp_path, text).values()
+    mesh = part.mesh
+    assert mesh.uv is not None
+    assert len(mesh.positions) == 5  # the first vertex has two texture coordinates
+    np.testing.assert_allclose(mesh.uv[mesh.triangles[0, 1]], [1, 0.75])  # from the upper edge
+    np.testing.assert_allclose(mesh.normals, np.tile([0, 0, 1], (5, 1)))
+
+
+def test_a_backslash_joins_lines(tmp_path: Path) -> None:
+    (part,) = parts(tmp_path, f"{VERTICES}f 1 2 \\\n3 4 # a square\n").values()
+    assert part.mesh.area == pytest.approx(1)
+
+
+def test_a_missing_library_is_told(tmp_path: Path) -> None:
+    (tmp_path / "lamp.obj").write_text(f"mtllib no such.mtl\n{VERTICES}usemtl Brass\nf 1 2 3")
+    lamp = read(tmp_path / "lamp.obj")
+    assert lamp.parts[0].material.name == "Brass"
+    assert sum("missing" in line for line in lamp.notes.lines()) >= 1
+    assert any("no library describes" in line and "Brass" in line for line in lamp.notes.lines())
+
+
+def test_names_with_spaces(tmp_path: Path) -> None:
+    (tmp_path / "my lamp.mtl").write_text("newmtl Clear Glass\nKd 0 0 0\nillum 7\nNi 1.4")
+    text = f"mtllib my lamp.mtl\n{VERTICES}usemtl Clear Glass\nf 1 2 3"
+    (tmp_path / "lamp.obj").write_text(text)
+    found = read(tmp_path / "lamp.obj").parts[0].material
+    assert isinstance(found, Material)
+    assert (found.name, found.transmission, found.ior) == ("Clear Glass", 1.0, 1.4)
+
+
+@pytest.mark.parametrize(
+    ("mtl", "through"),
+    [
+        ("illum 2\nd 1", 0.0), ("illum 2\nd 0.2", 1.0), ("illum 2\nTr 0.8", 1.0),
+        ("illum 2\nd 0.7", 0.3), ("illum 6", 1.0), ("illum 7\nd 1", 1.0), ("illum 4\nd 1", 0.0),
+        ("illum 4\nTf 0.9 0.9 1", 1.0),
+    ],
+)  # fmt: skip
+def test_what_counts_as_glass(mtl: str, through: float, tmp_path: Path) -> None:
+    assert material(tmp_path, mtl).transmission == pytest.approx(through)
+
+
+def test_pbr_words_and_exponents(tmp_path: Path) -> None:
+    found = material(tmp_path, "Kd 0.5 0.4 0.3\nPr 0.25\nPm 1\nPc 0.5")
+    assert (found.roughness, found.metalness, found.coat) == (0.25, 1.0, 0.5)
+    phong = material(tmp_path, "Kd 0.5 0.4 0.3\nKs 1 1 1\nNs 98")
+    assert phong.roughness == pytest.approx((2 / 100) ** 0.25)
+    assert material(tmp_path, "Kd 0.5 0.4 0.3\nKs 0 0 0\nNs 98").specular == 0
+    mirror = material(tmp_path, "Kd 0 0 0\nKs 0.9 0.8 0.7\nillum 3\nNs 1000")
+    assert (mirror.metalness, mirror.base_color) == (1.0, (0.9, 0.8, 0.7))
+
+
+@pytest.mark.parametrize(("scale", "unit"), [(1, "m"), (30, "cm"), (500, "mm")])
+def test_units_are_guessed_aloud(scale: float, unit: str, tmp_path: Path) -> None:
+    rows = "".join(f"v {scale * x} {scale * y} 0\n" for x, y in ((0, 0), (1, 0), (1, 1)))
+    (tmp_path / "lamp.obj").write_text(f"{rows}f 1 2 3")
+    lamp, _ = read_lamp(tmp_path / "lamp.obj", Options(emitters=("*=10lm",)))
+    assert any(f"taken as {unit}," in line for line in lamp.notes.lines())
+
+
+def test_a_size_that_is_no_lamp_in_any_unit(tmp_path: Path, fault: Any) -> None:
+    (tmp_path / "lamp.obj").write_text("v 0 0 0\nv 1e5 0 0\nv 0 1e5 0\nf 1 2 3")
+    assert "--units" in fault(tmp_path / "lamp.obj")
+
+
+@pytest.mark.parametrize("face", ["1 2 9", "0 1 2", "-9 1 2", "1 2 x", "1/9 2/9 3/nine"])
+def test_faces_that_are_none(face: str, tmp_path: Path, fault: Any) -> None:
+    (tmp_path / "lamp.obj").write_text(f"{VERTICES}f {face}\n")
+    assert "broken" in fault(tmp_path / "lamp.obj", "--emitter", "*")
+
+
+def test_a_texture_outside_is_told_and_not_read(tmp_path: Path) -> None:
+    inner = tmp_path / "lamp"
+    inner.mkdir()
+    (tmp_path / "a.png").write_bytes(b"")
+    (inner / "lamp.mtl").write_text("newmtl M\nmap_Kd -s 1 1 1 ../a.png")
+    (inner / "lamp.obj").write_text(f"mtllib lamp.mtl\n{VERTICES}usemtl M\nf 1 2 3")
+    assert any("outside" in line for line in read(inner / "lamp.obj").notes.lines())

@@ -1,0 +1,162 @@
+"""USD: units, axes, lights, materials and what is hidden."""
+
+from __future__ import annotations
+
+import io
+import shutil
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from purelight_import.importing import read_lamp
+from purelight_import.model.lamp import Part
+from purelight_import.model.material import Material
+from purelight_import.model.picture import Picture
+from purelight_import.read.usd import read_usd
+from tests.support.lamp_files import model, usd
+
+LIGHT = """
+    def {kind} "Light"
+    {{
+        float inputs:intensity = 50
+        {values}
+        double3 xformOp:translate = (0, 10, 0)
+        uniform token[] xformOpOrder = ["xformOp:translate"]
+    }}
+"""
+
+
+pytestmark = pytest.mark.usefixtures("at_once")
+
+
+def parts(folder: Path, *pieces: model.Piece, more: str = "", **form: Any) -> dict[str, Part]:
+    path = usd.write(folder, list(pieces), more=more, **form)
+    return {part.name: part for part in read_usd(path).placed().parts}
+
+
+@pytest.mark.parametrize(("scale", "up"), [(100.0, "Y"), (1.0, "Z"), (1000.0, "Z")])
+def test_units_and_axes(scale: float, up: str, tmp_path: Path) -> None:
+    base = parts(tmp_path, model.base(), scale=scale, up=up)["Base"]
+    np.testing.assert_allclose(base.mesh.bounds.mean(0), [0, 0, 0.08], atol=1e-6)
+    np.testing.assert_allclose(np.ptp(base.mesh.bounds, axis=0), [0.05, 0.05, 0.02], atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("kind", "values", "area"),
+    [
+        ("SphereLight", "float inputs:radius = 2", 4 * np.pi * 0.02**2),
+        ("DiskLight", "float inputs:radius = 2", np.pi * 0.02**2),
+        ("RectLight", "float inputs:width = 4\n float inputs:height = 1", 0.04 * 0.01),
+        ("CylinderLight", "float inputs:radius = 1\n float inputs:length = 5", np.pi * 0.02 * 0.05),
+    ],
+)  # fmt: skip
+def test_lights_have_their_shape_and_place(
+    kind: str, values: str, area: float, tmp_path: Path
+) -> None:
+    found = parts(tmp_path, model.base(), more=LIGHT.format(kind=kind, values=values))["Light"]
+    assert found.mesh.area == pytest.approx(area, rel=0.01)
+    np.testing.assert_allclose(found.mesh.bounds.mean(0), [0, 0, 0.1], atol=1e-4)
+    np.testing.assert_allclose(found.radiance, [50, 50, 50])
+    if kind in ("DiskLight", "RectLight"):  # which shine along -Z, the luminaire's +Y
+        assert (found.mesh.cross[:, 1] > 0).all()
+
+
+def test_a_light_has_the_colour_of_its_temperature(tmp_path: Path) -> None:
+    warm = "bool inputs:enableColorTemperature = 1\n float inputs:colorTemperature = 2700"
+    light = parts(tmp_path, more=LIGHT.format(kind="SphereLight", values=warm))["Light"]
+    r, g, b = np.array(light.radiance)
+    assert r > g > b > 0
+    assert 0.2126 * r + 0.7152 * g + 0.0722 * b == pytest.approx(50, rel=1e-3)
+
+
+def test_skies_are_the_rooms(tmp_path: Path) -> None:
+    dome = 'def DomeLight "Sky"\n{\n    float inputs:intensity = 1\n}\n'
+    lamp, _ = read_lamp(usd.write(tmp_path, model.lamp(), more=dome))
+    assert any("infinity" in line and "Sky" in line for line in lamp.notes.lines())
+
+
+@pytest.mark.parametrize(
+    ("opacity", "mode", "through"),
+    [(0.0, "", 1.0), (0.8, "", 0.2), (0.3, 'token inputs:opacityMode = "presence"', 0.0)],
+)
+def test_opacity_is_glass_unless_it_is_absence(
+    opacity: float, mode: str, through: float, tmp_path: Path
+) -> None:
+    path = usd.write(tmp_path, [model.base()])
+    text = path.read_text().replace("inputs:opacity = 1.0", f"inputs:opacity = {opacity}\n{mode}")
+    path.write_text(text)
+    (part,) = read_usd(path).parts
+    assert isinstance(part.material, Material)
+    assert part.material.transmission == pytest.approx(through)
+    assert part.material.opacity == pytest.approx(opacity if mode else 1.0)
+
+
+def test_what_is_invisible_or_a_guide_is_left_out(tmp_path: Path) -> None:
+    path = usd.write(tmp_path, [model.base(), model.bulb()])
+    hidden = '        token visibility = "invisible"\n        int[] faceVertexCounts'
+    path.write_text(path.read_text().replace("        int[] faceVertexCounts", hidden, 1))
+    assert [part.name for part in read_usd(path).parts] == ["Bulb"]
+    guide = hidden.replace('token visibility = "invisible"', 'uniform token purpose = "guide"')
+    path.write_text(path.read_text().replace(hidden, guide))
+    assert [part.name for part in read_usd(path).parts] == ["Bulb"]
+
+
+def test_textures_within_a_package(tmp_path: Path) -> None:
+    buffer = io.BytesIO()
+    Image.fromarray(np.full((2, 2, 3), (255, 0, 0), np.uint8)).save(buffer, "PNG")
+    (tmp_path / "red.png").write_bytes(buffer.getvalue())
+    path = usd.write(tmp_path, [model.base()])
+    reader = """
+        def Shader "T"
+        {
+            uniform token info:id = "UsdUVTexture"
+            asset inputs:file = @red.png@
+            float3 outputs:rgb
+        }
+        def Shader "S"
+"""
+    text = path.read_text().replace('        def Shader "S"\n', reader)
+    connected = "color3f inputs:diffuseColor.connect = </ShelfLight/Brass/T.outputs:rgb>"
+    path.write_text(text.replace("color3f inputs:diffuseColor = (0.8, 0.6, 0.3)", connected))
+    from pxr import UsdUtils
+
+    package = tmp_path / "package"
+    package.mkdir()
+    assert UsdUtils.CreateNewUsdzPackage(str(path), str(package / "lamp.usdz"))
+    for lamp in (read_usd(path), read_usd(package / "lamp.usdz")):
+        material = lamp.parts[0].material
+        assert isinstance(material, Material)
+        assert isinstance(material.base_color, Picture)
+        np.testing.assert_allclose(material.base_color.mean(), [1, 0, 0])
+
+
+def test_layers_outside_the_folder_are_refused(tmp_path: Path, fault: Any) -> None:
+    inner = tmp_path / "lamp"
+    inner.mkdir()
+    usd.write(tmp_path, model.lamp(), "secret.usda")
+    path = inner / "lamp.usda"
+    reference = 'def "A" ( prepend references = @../secret.usda@ )\n{\n}\n'
+    path.write_text(f'#usda 1.0\n( defaultPrim = "A" )\n{reference}')
+    assert "outside" in fault(path)
+
+
+@pytest.mark.parametrize("size", [0, 10, 400])
+def test_broken_files_of_each_kind(size: int, tmp_path: Path, fault: Any) -> None:
+    path = usd.write(tmp_path, model.lamp())
+    from pxr import Sdf
+
+    binary = tmp_path / "lamp.usdc"
+    Sdf.Layer.FindOrOpen(str(path)).Export(str(binary))
+    package = tmp_path / "lamp.usdz"
+    with zipfile.ZipFile(package, "w") as archive:
+        archive.write(binary, "lamp.usdc")
+    for file in (path, binary, package):
+        cut = tmp_path / f"cut{file.suffix}"
+        shutil.copy(file, cut)
+        with cut.open("r+b") as handle:
+            handle.truncate(size)
+        assert str(cut) in fault(cut)

@@ -1,0 +1,204 @@
+"""From a file of any format to a folder with a Mitsuba scene of the lamp."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from purelight_format.color import lumens
+from purelight_format.errors import PureLightError
+from purelight_import import formats
+from purelight_import.model.frame import UNITS, Frame, guess_unit, unit
+from purelight_import.model.lamp import Lamp, Part
+from purelight_import.options import Options
+from purelight_import.parts import emitters
+from purelight_import.parts.choice import Named, chosen
+from purelight_import.parts.emitting_sides import facing_out
+from purelight_import.parts.glass import settled
+from purelight_import.parts.merging import merged
+from purelight_import.parts.points import with_size
+from purelight_import.parts.room_parts import room_lines
+from purelight_import.read.build import tidy
+from purelight_import.write import folder as folders
+from purelight_import.write import table
+from purelight_import.write.scene import write_scene
+
+# Names that say nothing of the lamp; that of its folder is taken instead
+GENERAL = {"scene", "model", "untitled", "lamp", "luminaire", "mesh", "object", "root", "main",
+           "scene_collection", "auxscene", "osg_scene", "sketchfab_scene", "sketchfab_model",
+           "world", "default"}  # fmt: skip
+KEPT, TEXT = "kept.xml", "parts.txt"
+Say = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Imported:
+    """What an import made.
+
+    Arguments:
+        scene: the lamp's file.
+        parts: its parts, as records.
+        notes: what could not be taken as the file says, one line for each kind.
+        doubts: what seems wrong with the lamp, one line each.
+    """
+
+    scene: Path
+    parts: list[dict[str, Any]]
+    notes: list[str]
+    doubts: list[str]
+
+
+def read_lamp(path: str | Path, options: Options | None = None) -> tuple[Lamp, tuple[Part, ...]]:
+    """Reads a lamp and settles what emits, in metres with +Z up.
+
+    Returns:
+        The lamp, and the parts that were kept apart from it.
+
+    Raises:
+        PureLightError: the file cannot be taken, or the options do not fit it.
+    """
+    path, options = Path(path), options or Options()
+    lamp = formats.read(path)
+    lamp = replace(lamp, name=_name(lamp, path, options))
+    lamp, kept = _without(lamp, options)
+    lamp = _placed(lamp, options).placed()
+    for line in room_lines(lamp):
+        lamp.notes(line)
+    lamp = with_size(lamp)
+    lamp = settled(lamp, dict(_glass(options)))
+    lamp = facing_out(lamp_lit(lamp, options))
+    kept = settled(Lamp(lamp.name, kept, (), lamp.frame), {}).parts if kept else ()
+    return merged(lamp), kept
+
+
+def lamp_lit(lamp: Lamp, options: Options) -> Lamp:
+    """The lamp with its emitters as chosen."""
+    choices = [emitters.parse(text) for text in options.emitters]
+    return emitters.light_up(lamp, choices, options.lumens, options.kelvin)
+
+
+def import_lamp(
+    path: str | Path, output: str | Path, options: Options | None = None, *,
+    picture: bool = True,
+) -> Imported:  # fmt: skip
+    """Writes a lamp as a Mitsuba scene, with meshes, pictures, a list of parts and a portrait.
+
+    Arguments:
+        output: a folder; an earlier import there is replaced, unless it was changed.
+        picture: whether to render the portrait.
+
+    Raises:
+        PureLightError: the file cannot be taken, the options do not fit it, or the folder cannot
+            be written; nothing is left behind.
+    """
+    path, output, options = Path(path), Path(output).resolve(), options or Options()
+    folders.check(output)
+    lamp, kept = read_lamp(path, options)
+    scene = f"{tidy(lamp.name)}.xml"
+    if scene == KEPT:
+        scene = "kept_lamp.xml"
+    records = table.rows(lamp.parts)
+    record: dict[str, Any] = {
+        "lamp": lamp.name, "scene": scene, "source": path.name, "source_digest": digest(path),
+        "options": options.to_dict(), "parts": records, "kept": table.rows(kept),
+        "notes": lamp.notes.lines(),
+    }  # fmt: skip
+    with folders.replaced(output, record) as draft:
+        write_scene(draft / scene, lamp, lamp.parts, path.name)
+        if kept:
+            dark = tuple(replace(part, radiance=None) for part in kept)
+            write_scene(draft / KEPT, lamp, dark, path.name)
+        (draft / TEXT).write_text(table.text(records) + "\n", "utf-8")
+        record["doubts"] = _looked_at(draft / scene, lamp, picture=picture)
+    return Imported(output / scene, records, record["notes"], record["doubts"])
+
+
+def _looked_at(scene: Path, lamp: Lamp, *, picture: bool) -> list[str]:
+    """Loads what was written: its doubts, and its portrait beside it."""
+    from purelight_mitsuba import platform
+
+    mi: Any = platform.use("llvm_ad_rgb")
+    from purelight_import.sanity import doubts
+
+    try:
+        loaded = mi.load_file(str(scene), optimize=False)
+    except RuntimeError as error:
+        reason = " ".join(str(error).split())[-300:]
+        raise PureLightError(f"Mitsuba does not take the lamp: {reason}") from None
+    found = doubts(loaded)
+    if picture:
+        from purelight_import.write.portrait import portrait
+
+        light = sum(lumens(emitters.flux(p, p.radiance)) for p in lamp.parts if p.radiance)
+        places = np.concatenate([p.mesh.positions for p in lamp.parts])
+        scene.with_suffix(".png").write_bytes(portrait(scene, light, places))
+    return found
+
+
+def digest(path: Path) -> str:
+    """SHA-256 of a lamp's file."""
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def _glass(options: Options) -> list[tuple[str, str]]:
+    pairs = (text.rpartition("=") for text in options.glass)
+    return [(pattern, kind) for pattern, _, kind in pairs]
+
+
+def _name(lamp: Lamp, path: Path, options: Options) -> str:
+    """What to call the lamp: as said, as the file's scene, as the file, or as its folder."""
+    if options.name:
+        if not tidy(options.name):
+            raise PureLightError(f"--name {options.name}: give a name with letters in it")
+        return options.name
+    for name in (lamp.name, path.stem, path.resolve().parent.name):
+        if tidy(name) and tidy(name).lower() not in GENERAL:
+            return tidy(name)
+    return tidy(path.stem) or "lamp"
+
+
+def _without(lamp: Lamp, options: Options) -> tuple[Lamp, tuple[Part, ...]]:
+    """The lamp without what is left out or kept apart, and what is kept.
+
+    Raises:
+        PureLightError: a name fits nothing, or nothing is left.
+    """
+    items: list[Named] = [*lamp.parts, *lamp.points]
+    for pattern, _ in _glass(options):
+        chosen(pattern, lamp.parts, "--glass")
+    apart = {id(x) for pattern in options.keep for x in chosen(pattern, lamp.parts, "--keep")}
+    away = {id(x) for pattern in options.omit for x in chosen(pattern, items, "--omit")} | apart
+    kept = tuple(p for p in lamp.parts if id(p) in apart)
+    parts = tuple(p for p in lamp.parts if id(p) not in away)
+    points = tuple(p for p in lamp.points if id(p) not in away)
+    if not parts and not points:
+        raise PureLightError("nothing of the lamp is left; name fewer parts in --omit and --keep")
+    frame = lamp.frame
+    kept = Lamp("", kept, (), _frame(lamp, options) if kept else frame).placed().parts
+    return replace(lamp, parts=parts, points=points), kept
+
+
+def _placed(lamp: Lamp, options: Options) -> Lamp:
+    return replace(lamp, frame=_frame(lamp, options))
+
+
+def _frame(lamp: Lamp, options: Options) -> Frame:
+    """Unit and up axis as said, as the file states, or as its size suggests."""
+    frame = lamp.frame
+    metres, up = frame.metres, options.up or frame.up
+    if options.units is not None:
+        metres = unit(options.units)
+    elif not frame.unit_known:
+        size = float(np.ptp(lamp.bounds, axis=0).max())
+        name = guess_unit(size)
+        metres = UNITS[name]
+        lamp.notes(f"the file states no unit: taken as {name}, so that the lamp is "
+                   f"{size * metres:.3g} m across (--units)")  # fmt: skip
+    if options.up is None and not frame.up_known:
+        lamp.notes(f"the file does not say what is up: taken as {up.upper()} (--up)")
+    return Frame(metres, up)

@@ -1,0 +1,75 @@
+"""Materials in plain words, those of OpenPBR where it has one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from purelight_import.model.picture import Picture
+
+RGB = tuple[float, float, float]
+Value = float | Picture
+Color = RGB | Picture
+WHITE: RGB = (1.0, 1.0, 1.0)
+BLACK: RGB = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Material:
+    """A surface, and what is behind it.
+
+    Arguments:
+        name: of the file's material, "" without one.
+        base_color: reflectance of what is diffuse, of metals at right angles; of glass, what
+            passes each surface.
+        metalness, roughness: in [0, 1]; the microfacets' alpha is the roughness squared.
+        ior: index of refraction.
+        specular: factor on the reflectance at right angles.
+        transmission: share of the base that is glass.
+        thin_walled: whether glass is a sheet, which bends no ray, and not a body's surface.
+        attenuation: absorption coefficient of the body behind the surface per metre; None is none.
+        diffuse_transmission: share of diffuse light that passes, as through paper.
+        coat, coat_roughness: clear layer on top.
+        sheen: of cloth.
+        anisotropy: of reflections.
+        opacity: 0 where the surface is not there.
+        normal: tangent-space normals, as bytes about 127.5.
+    """
+
+    name: str = ""
+    base_color: Color = (0.8, 0.8, 0.8)
+    metalness: Value = 0.0
+    roughness: Value = 0.5
+    ior: float = 1.5
+    specular: float = 1.0
+    transmission: Value = 0.0
+    thin_walled: bool = False
+    attenuation: RGB | None = None
+    diffuse_transmission: float = 0.0
+    coat: Value = 0.0
+    coat_roughness: float = 0.0
+    sheen: float = 0.0
+    anisotropy: float = 0.0
+    opacity: Value = 1.0
+    normal: Picture | None = None
+
+    @property
+    def glass(self) -> bool:
+        """Whether light passes it by refraction."""
+        return isinstance(self.transmission, Picture) or self.transmission > 0
+
+
+@dataclass(frozen=True)
+class Verbatim:
+    """A material that Mitsuba wrote itself.
+
+    Arguments:
+        name: of the BSDF.
+        elements: XML of the shape's BSDF and media, without references.
+        files: what names of files in them stand for, name and path.
+        glass: whether it refracts.
+    """
+
+    name: str
+    elements: tuple[str, ...]
+    files: tuple[tuple[str, str], ...] = ()
+    glass: bool = False

@@ -1,0 +1,1 @@
+"""What becomes of a lamp's parts: chosen by name, made to shine, turned the right way round."""

@@ -1,0 +1,223 @@
+"""Which parts emit, how much, and in which colour."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from purelight_format.color import LUMENS_PER_WATT, LUMINANCE, lumens
+from purelight_format.errors import PureLightError
+from purelight_import.model.color import KELVIN, black_body, watts
+from purelight_import.model.lamp import Lamp, Part
+from purelight_import.model.material import RGB, WHITE, Color
+from purelight_import.model.picture import Picture
+from purelight_import.parts.choice import chosen, listing
+
+EMISSIVE = "emissive"
+LIKELY = re.compile(r"bulb|filament|\bled|led[_\d]|emit|glow|lumin|flame|tube|light", re.IGNORECASE)
+AMOUNT = re.compile(r"([\d.eE+-]+)\s*(klm|lm|w|k)$", re.IGNORECASE)
+SAMPLES = 1 << 14  # of a texture, to know its mean over a part
+GRAMMAR = "give NAME, NAME=806lm, NAME=5W or NAME=806lm,2700K"
+
+
+@dataclass(frozen=True)
+class Choice:
+    """What one `--emitter` says.
+
+    Arguments:
+        pattern: of names; `emissive` is all that emits by the file.
+        lumens: of all parts that it fits together; None leaves what the file says.
+        kelvin: colour temperature; None leaves the colour.
+    """
+
+    pattern: str
+    lumens: float | None = None
+    kelvin: float | None = None
+
+
+def parse(text: str) -> Choice:
+    """Reads `NAME[=AMOUNT[,AMOUNT]]`, amounts being `806lm`, `0.8klm`, `5W` or `2700K`.
+
+    A watt is one of each channel, 683 lm.
+
+    Raises:
+        ValueError: it is not of that form.
+    """
+    pattern, equals, rest = text.rpartition("=")
+    if not equals:
+        return Choice(text)
+    result = Choice(pattern)
+    for word in rest.split(","):
+        found = AMOUNT.match(word.strip())
+        if not found or not pattern:
+            raise ValueError(GRAMMAR)
+        value, unit = float(found[1]), found[2].lower()
+        if unit == "k":
+            result = replace(result, kelvin=kelvin(value))
+        else:
+            factor = {"lm": 1.0, "klm": 1000.0, "w": LUMENS_PER_WATT}[unit]
+            result = replace(result, lumens=value * factor)
+            if not 0 < value < math.inf:
+                raise ValueError(f"{word}: an emitter needs more than nothing")
+    return result
+
+
+def kelvin(value: float) -> float:
+    """A colour temperature.
+
+    Raises:
+        ValueError: it is out of range.
+    """
+    if not KELVIN[0] <= value <= KELVIN[1]:
+        raise ValueError(f"{value:g} K: give {KELVIN[0]:g} to {KELVIN[1]:g}")
+    return value
+
+
+def light_up(
+    lamp: Lamp, choices: Sequence[Choice], total: float | None, temperature: float | None
+) -> Lamp:
+    """Makes the chosen parts emit, and no others.
+
+    Arguments:
+        choices: none is all that emits by the file.
+        total: lumens of all emitters together, shared by those that have none of their own.
+        temperature: kelvin of those that have none of their own.
+
+    Raises:
+        PureLightError: nothing emits, or the lumens do not add up.
+    """
+    state = [_State(part) for part in lamp.parts]
+    for choice in choices or [Choice(EMISSIVE)]:
+        _choose(lamp, state, choice)
+    if not any(s.radiance is not None for s in state):
+        raise PureLightError(_nothing(lamp))
+    dropped = [s.part.name for s in state if s.part.radiance is not None and s.radiance is None]
+    for name in dropped:
+        lamp.notes("parts that emit in the file, but were not chosen, stay dark", name)
+    for s in state:
+        s.tint(temperature if s.kelvin is None else s.kelvin)
+    _share(state, total)
+    parts = tuple(replace(s.part, radiance=s.radiance) for s in state)
+    return replace(lamp, parts=parts)
+
+
+class _State:
+    """A part while its light is being settled."""
+
+    def __init__(self, part: Part) -> None:
+        self.part = part
+        self.radiance: Color | None = None
+        self.kelvin: float | None = None
+        self.fixed = False
+
+    @property
+    def lumens(self) -> float:
+        return 0.0 if self.radiance is None else lumens(flux(self.part, self.radiance))
+
+    def scale(self, factor: float) -> None:
+        self.radiance = times(self.radiance, factor) if self.radiance is not None else None
+
+    def tint(self, temperature: float | None) -> None:
+        """Changes the colour to a temperature's, at the same lumens; textures become grey ones."""
+        if temperature is None or self.radiance is None:
+            return
+        color = black_body(temperature)
+        if isinstance(self.radiance, Picture):
+            bright = self.radiance.linear @ LUMINANCE.astype(np.float32)
+            pixels = bright[..., None] * np.array(color, np.float32)
+            self.radiance = replace(self.radiance, pixels=pixels, srgb=False)
+        else:
+            self.radiance = times(color, float(LUMINANCE @ np.asarray(self.radiance)))
+
+
+def _choose(lamp: Lamp, state: list[_State], choice: Choice) -> None:
+    """Lights the parts that one choice fits."""
+    if choice.pattern.lower() == EMISSIVE:
+        found = [s for s in state if s.part.radiance is not None]
+        if not found:
+            raise PureLightError(_nothing(lamp))
+    else:
+        parts = {id(part) for part in chosen(choice.pattern, lamp.parts, "--emitter")}
+        found = [s for s in state if id(s.part) in parts]
+    for s in found:
+        s.radiance = s.part.radiance or WHITE
+        s.kelvin = choice.kelvin
+        s.fixed = choice.lumens is not None
+    if choice.lumens is not None:
+        _give(found, choice.lumens)
+
+
+def _give(state: list[_State], wanted: float) -> None:
+    """Scales the light of parts so that they give so many lumens together."""
+    now = sum(s.lumens for s in state)
+    if not now > 0:
+        raise PureLightError("the chosen emitters are black, so they cannot have lumens")
+    for s in state:
+        s.scale(wanted / now)
+
+
+def _share(state: list[_State], total: float | None) -> None:
+    """Gives those without lumens of their own what is left of the total."""
+    if total is None:
+        return
+    free = [s for s in state if s.radiance is not None and not s.fixed]
+    left = total - sum(s.lumens for s in state if s.fixed)
+    if not free:
+        _give([s for s in state if s.radiance is not None], total)
+    elif left <= 0:
+        raise PureLightError(
+            f"--lumens {total:g} leaves nothing for the emitters that have none of their own"
+        )
+    else:
+        _give(free, left)
+
+
+def flux(part: Part, radiance: Color) -> RGB:
+    """Power that a part sends out of its front, pi times area times radiance: W per channel."""
+    mean = np.asarray(mean_radiance(part, radiance))
+    r, g, b = (np.pi * part.mesh.area * mean).tolist()
+    return r, g, b
+
+
+def mean_radiance(part: Part, radiance: Color) -> RGB:
+    """The mean over a part's area."""
+    if not isinstance(radiance, Picture):
+        return radiance
+    if part.mesh.uv is None:
+        r, g, b = radiance.mean().tolist()
+        return r, g, b
+    rng = np.random.default_rng(0)
+    areas = part.mesh.areas
+    chosen_triangles = rng.choice(len(areas), SAMPLES, p=areas / areas.sum())
+    u, v = rng.random((2, SAMPLES))
+    root = np.sqrt(u)
+    weight = np.stack((1 - root, root * (1 - v), root * v), 1)
+    uv = np.einsum("nk,nkd->nd", weight, part.mesh.uv[part.mesh.triangles[chosen_triangles]])
+    r, g, b = radiance.at(uv).mean(0, dtype=np.float64).tolist()
+    return r, g, b
+
+
+def times(color: Color, factor: float) -> Color:
+    """A colour or texture times a number."""
+    if isinstance(color, Picture):
+        return color.times(factor)
+    return color[0] * factor, color[1] * factor, color[2] * factor
+
+
+def radiance_of(amount: float, area: float, color: RGB = WHITE) -> RGB:
+    """Radiance of an even surface of an area in m² that gives so many lumens."""
+    r, g, b = (c / (math.pi * area) for c in watts(amount, color))
+    return r, g, b
+
+
+def _nothing(lamp: Lamp) -> str:
+    likely = [p for p in lamp.parts if any(LIKELY.search(name) for name in p.names)]
+    example = (likely or list(lamp.parts))[0].name if lamp.parts else "NAME"
+    return (
+        f"nothing in the file emits; choose what does, for example --emitter '{example}=806lm'; "
+        f"{listing(example, lamp.parts)}"
+    )

@@ -1,0 +1,1 @@
+"""Readers: one file, or folder, for each format."""

@@ -1,0 +1,252 @@
+"""Materials of USD stages in plain words: UsdPreviewSurface, Standard Surface, OpenPBR."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from purelight_format.errors import PureLightError
+from purelight_import.model import limits
+from purelight_import.model.material import BLACK, RGB, WHITE, Color, Material, Value
+from purelight_import.model.notes import Notes
+from purelight_import.model.picture import Picture
+from purelight_import.read import images
+from purelight_import.read.beside import beside
+from purelight_mitsuba.usd_scene.values import Values
+
+CHANNELS = {"r": 0, "g": 1, "b": 2, "a": 3}
+PLAIN = 0.18
+# What the shaders call the words of `Material`
+PREVIEW = {"base": "diffuseColor", "metal": "metallic", "rough": "roughness", "ior": "ior",
+           "coat": "clearcoat", "coat_rough": "clearcoatRoughness",
+           "emission": "emissiveColor"}  # fmt: skip
+STANDARD = {"base": "base_color", "metal": "metalness", "rough": "specular_roughness",
+            "ior": "specular_IOR", "coat": "coat", "coat_rough": "coat_roughness",
+            "emission": "emission_color", "strength": "emission", "through": "transmission",
+            "tint": "transmission_color", "thin": "thin_walled", "weight": "base"}  # fmt: skip
+OPEN_PBR = {"base": "base_color", "metal": "base_metalness", "rough": "specular_roughness",
+            "ior": "specular_ior", "coat": "coat_weight", "coat_rough": "coat_roughness",
+            "emission": "emission_color", "strength": "emission_luminance",
+            "through": "transmission_weight", "tint": "transmission_color",
+            "thin": "geometry_thin_walled", "weight": "base_weight"}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Surface:
+    """A material and its emission in W/(m² sr)."""
+
+    material: Material
+    radiance: Color | None = None
+
+
+@dataclass
+class Materials:
+    """The materials of a stage, each made once."""
+
+    values: Values
+    notes: Notes
+    path: Path
+    made: dict[str, Surface] = field(default_factory=dict)
+    pictures: dict[tuple[str, bool], Picture | None] = field(default_factory=dict)
+
+    def subsets(self, prim: Any) -> Iterator[tuple[Any, np.ndarray]]:
+        """The parts of a mesh with materials of their own: prim, and its faces."""
+        from pxr import UsdShade
+
+        for subset in UsdShade.MaterialBindingAPI(prim).GetMaterialBindSubsets():
+            faces = subset.GetIndicesAttr().Get(self.values.time)
+            yield subset.GetPrim(), np.asarray(faces if faces is not None else [], np.int64)
+
+    def uv_name(self, prim: Any) -> str:
+        """The primvar that holds texture coordinates."""
+        return "st"
+
+    def surface(self, bound: Any, shape: Any) -> Surface:
+        """What is bound to a prim, or a matt surface of its display colour."""
+        from pxr import UsdShade
+
+        material, _ = UsdShade.MaterialBindingAPI(bound).ComputeBoundMaterial()
+        if not material:
+            return Surface(self._plain("", shape))
+        name = material.GetPrim().GetName()
+        for context in ("", "mtlx"):
+            shader = material.ComputeSurfaceSource(context)[0]
+            words = None if not shader else _words(str(shader.GetIdAttr().Get() or ""))
+            if words is not None:
+                break
+        else:
+            self.notes("materials that are no UsdPreviewSurface are matt", name)
+            return Surface(self._plain(name, shape))
+        key = str(shader.GetPath())
+        if key not in self.made:
+            self.made[key] = self._read(name, shader, words)
+        return self.made[key]
+
+    def _plain(self, name: str, prim: Any) -> Material:
+        found = self.values.primvar(prim, "displayColor")
+        r, g, b = [PLAIN] * 3 if found is None or not len(found[0]) else found[0].mean(0).tolist()
+        return Material(name, (r, g, b), 0.0, 1.0, specular=0.0)
+
+    def _read(self, name: str, shader: Any, words: dict[str, str]) -> Surface:
+        read = _Shader(self, name, shader, words)
+        preview = words is PREVIEW
+        base = read.color("base", (PLAIN,) * 3 if preview else (0.8,) * 3)
+        if preview and int(read.number("useSpecularWorkflow", 0)):
+            self.notes("specular workflow is taken by its diffuse colour", name)
+        material = Material(
+            name, base, 0.0 if preview and read.number("useSpecularWorkflow", 0) else
+            read.value("metal", 0.0), read.value("rough", 0.5 if preview else 0.2),
+            ior=max(read.number("ior", 1.5), 1.0), coat=read.value("coat", 0.0),
+            coat_roughness=read.number("coat_rough", 0.01), normal=read.normal(),
+        )  # fmt: skip
+        material = _preview_glass(material, read) if preview else _glass(material, read)
+        emission = read.color("emission", BLACK if preview else WHITE)
+        strength = 1.0 if preview else read.number("strength", 0.0)
+        dark = strength <= 0 or (not isinstance(emission, Picture) and max(emission) <= 0)
+        return Surface(material, None if dark else _times(emission, strength))
+
+
+def _words(identifier: str) -> dict[str, str] | None:
+    """How a shader calls things, None if it is of no kind that is known."""
+    if identifier == "UsdPreviewSurface":
+        return PREVIEW
+    if "standard_surface" in identifier:
+        return STANDARD
+    return OPEN_PBR if "open_pbr" in identifier else None
+
+
+def _preview_glass(material: Material, read: _Shader) -> Material:
+    """Opacity below one is glass, unless it says that the surface is not there (opacityMode)."""
+    opacity: Value = read.value("opacity", 1.0)
+    threshold = read.number("opacityThreshold", 0.0)
+    cut = threshold > 0 or str(read.plain("opacityMode", "transparent")) == "presence"
+    if isinstance(opacity, Picture) or cut:
+        if isinstance(opacity, Picture) and threshold > 0:
+            whole = np.uint8(255) * (opacity.linear >= threshold).astype(np.uint8)
+            opacity = replace(opacity, pixels=whole)
+        return replace(material, opacity=opacity)
+    if opacity >= 1:
+        return material
+    through = 1.0 if opacity <= 0.5 else 1 - opacity
+    base = material.base_color
+    if not isinstance(base, Picture):
+        brightest = max(base)
+        r, g, b = base
+        base = WHITE if brightest < 0.2 else (r / brightest, g / brightest, b / brightest)
+    return replace(material, transmission=through, metalness=0.0, base_color=base)
+
+
+def _glass(material: Material, read: _Shader) -> Material:
+    through = read.value("through", 0.0)
+    if not isinstance(through, Picture) and through <= 0:
+        return material
+    tint = read.color("tint", WHITE)
+    return replace(
+        material, transmission=through, base_color=tint, thin_walled=bool(read.number("thin", 0))
+    )
+
+
+def _times(color: Color, factor: float) -> Color:
+    if isinstance(color, Picture):
+        return color.times(factor)
+    return color[0] * factor, color[1] * factor, color[2] * factor
+
+
+class _Shader:
+    """The inputs of one shader."""
+
+    def __init__(self, materials: Materials, name: str, shader: Any, words: dict[str, str]) -> None:
+        self.all, self.name, self.shader, self.words = materials, name, shader, words
+
+    def plain(self, key: str, default: Any, shader: Any = None) -> Any:
+        """An input's value, followed through the material's interface, not through textures."""
+        source = (shader or self.shader).GetInput(self.words.get(key, key))
+        attributes = source.GetValueProducingAttributes() if source else []
+        value = attributes[0].Get(self.all.values.time) if attributes else None
+        return default if value is None else value
+
+    def number(self, key: str, default: float) -> float:
+        value = self.plain(key, default)
+        if not isinstance(value, (bool, int, float)) or not np.isfinite(value):
+            return default
+        return float(value)
+
+    def value(self, key: str, default: float) -> Value:
+        """A number, or one channel of a texture."""
+        found = self._texture(key, srgb=False)
+        if found is not None:
+            picture, output = found
+            return picture.channels(CHANNELS.get(output, 0))
+        return self.number(key, default)
+
+    def color(self, key: str, default: RGB) -> Color:
+        """A colour, or a texture."""
+        found = self._texture(key, srgb=True)
+        if found is not None:
+            return found[0].colors()
+        r, g, b = (float(v) for v in self.plain(key, default))
+        return max(r, 0.0), max(g, 0.0), max(b, 0.0)
+
+    def normal(self) -> Picture | None:
+        found = self._texture("normal", srgb=False)
+        return None if found is None else found[0].colors()
+
+    def _texture(self, key: str, *, srgb: bool) -> tuple[Picture, str] | None:
+        """The texture that feeds an input, and which of its outputs."""
+        from pxr import UsdShade
+
+        source = self.shader.GetInput(self.words.get(key, key))
+        attributes = source.GetValueProducingAttributes() if source else []
+        producer = UsdShade.Shader(attributes[0].GetPrim()) if attributes else None
+        if not producer or producer.GetPath() == self.shader.GetPath():
+            return None
+        if producer.GetIdAttr().Get() != "UsdUVTexture":
+            if producer.GetIdAttr().Get():
+                self.all.notes("networks of shading nodes are left out", self.name)
+            return None
+        picture = self._picture(producer, srgb=srgb)
+        return None if picture is None else (picture, attributes[0].GetBaseName())
+
+    def _picture(self, reader: Any, *, srgb: bool) -> Picture | None:
+        space = str(self.plain("sourceColorSpace", "auto", reader))
+        encoded = srgb if space == "auto" else space == "sRGB"
+        asset = self.plain("file", None, reader)
+        name = "" if asset is None else str(asset.path)
+        if (name, encoded) not in self.all.pictures:
+            self.all.pictures[name, encoded] = self._load(asset, name, srgb=encoded)
+        picture = self.all.pictures[name, encoded]
+        if picture is None:
+            return None
+        wrap = str(self.plain("wrapS", "useMetadata", reader))
+        scale = np.asarray(self.plain("scale", (1, 1, 1, 1), reader), np.float32)
+        bias = np.asarray(self.plain("bias", (0, 0, 0, 0), reader), np.float32)
+        count = picture.pixels.shape[2]
+        normal = "normal" in str(reader.GetPath()).lower() and scale[0] == 2
+        if not normal and ((scale != 1).any() or (bias != 0).any()):
+            pixels = np.maximum(picture.linear * scale[:count] + bias[:count], 0)
+            picture = replace(picture, pixels=pixels, srgb=False)
+        return replace(picture, wrap={"clamp": "clamp", "mirror": "mirror"}.get(wrap, "repeat"))
+
+    def _load(self, asset: Any, name: str, *, srgb: bool) -> Picture | None:
+        """A texture beside the stage, or within a package."""
+        from pxr import Ar
+
+        try:
+            resolved = str(asset.resolvedPath) if asset is not None else ""
+            if "[" in resolved:  # Within a .usdz package, whose folder was checked.
+                opened = Ar.GetResolver().OpenAsset(Ar.ResolvedPath(resolved))
+                if not opened or opened.GetSize() > limits.PICTURE_BYTES:
+                    raise PureLightError(f"{name} cannot be read")
+                return images.decode(Path(name).stem, bytes(opened.GetBuffer()), srgb=srgb)
+            folder = self.all.path.resolve().parent
+            relative = Path(resolved or name)
+            if relative.is_absolute() and relative.is_relative_to(folder):
+                relative = relative.relative_to(folder)
+            return images.load(beside(folder, str(relative)), srgb=srgb)
+        except PureLightError as error:
+            self.all.notes(f"a texture is left out: {error}", self.name)
+            return None

@@ -1,0 +1,1 @@
+"""What a trained lamp is worth, measured on fresh light: room, picture and fast mode."""

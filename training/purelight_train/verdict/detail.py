@@ -1,0 +1,105 @@
+"""What is kept of a picture's detail: a contrast transfer as opticians measure it of lenses."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from purelight_train.truth.metrics import Mask
+from purelight_train.truth.picture import Image, Picture, means
+
+VISIBLE = 0.1  # of the mean light: neighbourhoods from there on count in full for an eye
+FAINT = 0.05  # contrast that is just seen, and counts for half
+
+
+@dataclass(frozen=True)
+class Detail:
+    """How a picture's detail compares with the true one's at one scale.
+
+    Arguments:
+        contrast: root of the mean square of the true detail, relative to its neighbourhood.
+        kept: part of it that is told, in its place: 1 in a right picture, 0 where all is blurred.
+        error: standard error of `kept`.
+    """
+
+    contrast: float
+    kept: float
+    error: float
+
+
+@dataclass(frozen=True)
+class Scale:
+    """Squares of `side` cells, in neighbourhoods of `around` cells a side.
+
+    Arguments:
+        eye: whether each neighbourhood that is bright enough counts alike, however strong its
+            contrast, as for an eye that adapts; otherwise light counts, and its contrast squared.
+    """
+
+    side: int
+    around: int
+    eye: bool = False
+
+
+def detail(told: Picture, true: Picture, scale: Scale, where: Mask) -> Detail:
+    r"""What is kept of the detail at a scale.
+
+    With c the difference of a square's light (the sum of the channels) from its neighbourhood's,
+    over what told and true light are there in the mean, the regression of what is told on the truth
+
+    .. math:: \frac{\sum_n w_n \sum c_S\,c_T}{\sum_n w_n \sum c_{T_a} c_{T_b}}
+
+    over neighbourhoods n. Halves a and b are independent, so noise is in neither sum but by chance.
+    Squares and neighbourhoods of which less than half counts are left out.
+
+    Arguments:
+        where: cells that count, [H, W].
+    """
+    level, cover = _means(0.5 * (told.image + true.image), where, scale.around)
+    halves = [_contrast(half, level, where, scale) for p in (told, true) for half in p.halves]
+    s, t = 0.5 * (halves[0] + halves[1]), 0.5 * (halves[2] + halves[3])
+    side = scale.around // scale.side
+    square, common = means(halves[2] * halves[3], side), means(s * t, side)
+    usual = float(level[cover >= 0.5].mean()) if (cover >= 0.5).any() else 0.0
+    weight = level * (cover >= 0.5)
+    if scale.eye and usual > 0:
+        strength = means(0.5 * (s**2 + t**2), side) + FAINT**2
+        weight = np.minimum(weight / (VISIBLE * usual), 1) / strength
+    return _transfer(weight * common, weight * square, weight)
+
+
+def join(pictures: list[Picture]) -> Picture:
+    """Pictures of one width as one, under each other."""
+    image, error = (np.concatenate([getattr(p, k) for p in pictures]) for k in ("image", "error"))
+    halves = [np.concatenate([p.halves[k] for p in pictures]) for k in (0, 1)]
+    return Picture(image, (halves[0], halves[1]), error)
+
+
+def _transfer(common: Image, square: Image, weight: Image) -> Detail:
+    """The regression; of detail too faint to be seen, nothing is lost."""
+    total, power = float(weight.sum()), float(square.sum())
+    if not power > FAINT**2 * total:
+        return Detail(float(np.sqrt(max(power, 0) / total)) if total > 0 else 0.0, 1.0, 0.0)
+    kept = float(common.sum()) / power
+    # Neighbourhoods are independent: the spread of a ratio of sums
+    error = float(np.sqrt(((common - kept * square) ** 2).sum())) / power
+    return Detail(float(np.sqrt(power / total)), kept, error)
+
+
+def _contrast(image: Image, level: Image, where: Mask, scale: Scale) -> Image:
+    """Difference of each square from its neighbourhood over the level there."""
+    ones = np.ones((scale.around // scale.side,) * 2)
+    fine, cover = _means(image, where, scale.side)
+    coarse = np.kron(_means(image, where, scale.around)[0], ones)
+    spread = np.kron(level, ones)
+    known = (spread > 0) & (cover >= 0.5)
+    return np.where(known, (fine - coarse) / np.where(known, spread, 1), 0)
+
+
+def _means(image: Image, where: Mask, side: int) -> tuple[Image, NDArray[np.float64]]:
+    """Mean light of the cells that count in each square, and their part of the square."""
+    cover = means(where.astype(np.float64), side)
+    light = means(np.where(where, image.sum(-1), 0), side)
+    return np.where(cover > 0, light / np.where(cover > 0, cover, 1), 0), cover

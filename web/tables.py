@@ -1,0 +1,86 @@
+"""What the page shares with `purelight_format`, as a JavaScript module: python -m web.tables."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from purelight_format.color import LUMENS_PER_WATT, LUMINANCE
+from purelight_format.issues import CODES, LONGEST
+from purelight_format.limits import LIMITS
+from purelight_format.members import manifest, surface
+from purelight_format.members.manifest import FORMAT_VERSION, UNITS
+from purelight_format.networks import cost, operators, profile
+from purelight_format.networks.kinds import KINDS, Kind
+from purelight_format.summary import ABILITIES
+from purelight_format.usd import layer, text
+from purelight_format.usd_schema import SCHEMA
+from purelight_format.validation.validate import LOOSE
+
+PATH = Path(__file__).with_name("src") / "format/tables.js"
+HEAD = "// Written by `python -m web.tables` from purelight_format; do not edit.\n"
+
+
+def tables() -> dict[str, Any]:
+    """Every table by the name that it has in JavaScript."""
+    return {
+        "CODES": {c.name: [c.severity.value, c.message, c.anchor] for c in CODES.values()},
+        "LONGEST": LONGEST,
+        "LIMITS": asdict(LIMITS),
+        "FORMAT_VERSION": FORMAT_VERSION,
+        "UNITS": UNITS,
+        "MANIFEST_BOUNDS": {
+            "smallest": manifest.SMALLEST, "largest": manifest.LARGEST,
+            "faintest": manifest.FAINTEST,
+        },
+        "KINDS": {name: _kind(kind) for name, kind in KINDS.items()},
+        "ABILITIES": ABILITIES,
+        "SURFACE": {"slack": surface.SPHERE_SLACK, "closure": surface.CLOSURE},
+        "LOOSE": LOOSE,
+        "PROFILE": {"ir_version": profile.IR_VERSION, "opset": profile.OPSET, "rows": profile.ROWS},
+        "FLAGS": profile.FLAGS,
+        "OPERATORS": {
+            name: [entry.least, entry.most, list(entry.attributes)]
+            for name, entry in sorted(operators.OPERATORS.items())
+        },
+        "COST": {
+            "call": cost.CALL, "name": cost.NAME, "product": cost.PRODUCT, "element": cost.ELEMENT,
+            "integer_division": cost.INTEGER_DIVISION, "large_table": cost.LARGE_TABLE,
+            "distant": cost.DISTANT, "float_remainder": cost.FLOAT_REMAINDER,
+            "folding": cost.FOLDING, "combining": cost.COMBINING,
+        },
+        "USD": {
+            "schema": SCHEMA, "endings": layer.ENDINGS, "brackets": text.BRACKETS,
+            "types": sorted(text.TYPES), "layer_fields": sorted(text.LAYER_FIELDS),
+            "prim_fields": sorted(text.PRIM_FIELDS),
+            "property_fields": sorted(text.PROPERTY_FIELDS),
+            "composing": text.COMPOSING, "specifiers": text.SPECIFIERS,
+        },
+        "LUMINANCE": LUMINANCE.tolist(),
+        "LUMENS_PER_WATT": LUMENS_PER_WATT,
+    }  # fmt: skip
+
+
+def _kind(kind: Kind) -> dict[str, Any]:
+    """A kind of network; `units` are 1 and the factor of the radiance scale of each output."""
+    at_zero, at_one = kind.units(0.0), kind.units(1.0)
+    return {
+        "inputs": {name: list(given.shape) for name, given in kind.inputs.items()},
+        "outputs": {name: list(answer.shape) for name, answer in kind.outputs.items()},
+        "units": {name: [at_zero[name], at_one[name] - at_zero[name]] for name in at_zero},
+        "needs": list(kind.needs),
+        "required": kind.required,
+        "ability": kind.ability,
+    }
+
+
+def module() -> str:
+    """The text of `PATH`."""
+    lines = [f"\nexport const {k} = {json.dumps(v, indent=2)};\n" for k, v in tables().items()]
+    return HEAD + "".join(lines)
+
+
+if __name__ == "__main__":
+    PATH.write_text(module())
