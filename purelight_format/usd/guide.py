@@ -8,7 +8,7 @@ import numpy as np
 
 from purelight_format.members.surface import Surface
 
-PLAIN, FINISHED = 2_000, 20_000  # Triangles of a mere guide, and of a mesh with materials.
+PLAIN, FINISHED = 2_000, 8_000  # Triangles of a mere guide, and of a mesh with materials.
 FINEST, COARSER = 1024, 0.8  # Cells along the longest side, and by what factor fewer each time.
 DIGITS = 4  # Of places, in parts of the longest side.
 
