@@ -1,10 +1,11 @@
 # Every command makes the environment in .venv first, from a bare clone, without root.
 PYTHON ?= python3
+PYTHON311 ?= python3.11
 VENV ?= .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/purelight-ready
 
-.PHONY: demo gallery test test-all test-matrix test-node test-web web lint docs bench
+.PHONY: demo gallery test test-all test-matrix test-node test-web test-blender web blender lint docs bench
 
 demo: $(READY)  ## train, export and render a lamp; the report lands in out/demo
 	$(BIN)/purelight-demo --output out/demo
@@ -32,6 +33,17 @@ web:  ## the page of `purelight-view --web`, built anew; needs Node.js and npm
 test-web: $(READY)  ## the page in a headless Chromium; needs Node.js, npm and chromium
 	npm ci --ignore-scripts --prefix web
 	$(BIN)/pytest tests/unit/web
+
+blender: $(READY)  ## the extension for Blender; install out/purelight-blender.zip
+	$(BIN)/purelight-blender --output out/purelight-blender.zip
+
+test-blender: $(READY)  ## the extension in Blender as a module; needs Python 3.11
+	@test -x out/bpy/bin/python || { command -v $(PYTHON311) >/dev/null || \
+	  { echo "error: Blender's module needs Python 3.11; name one with make PYTHON311=..." >&2; exit 1; }; \
+	  $(PYTHON311) -m venv out/bpy; }
+	out/bpy/bin/python -c 'import importlib.util as u, sys; sys.exit(not u.find_spec("bpy"))' || \
+	  out/bpy/bin/python -m pip install bpy==5.0.1
+	PURELIGHT_BPY_PYTHON=$(CURDIR)/out/bpy/bin/python $(BIN)/pytest tests/unit/blender tests/unit/shader/test_osl.py
 
 lint: $(READY)
 	$(BIN)/ruff check .

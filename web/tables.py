@@ -10,14 +10,15 @@ from typing import Any
 from purelight_format.color import LUMENS_PER_WATT, LUMINANCE
 from purelight_format.issues import CODES, LONGEST
 from purelight_format.limits import LIMITS
-from purelight_format.members import manifest, surface
+from purelight_format.members import finishes, manifest, surface
 from purelight_format.members.manifest import FORMAT_VERSION, UNITS
-from purelight_format.networks import cost, operators, profile
+from purelight_format.networks import cost, operators, profile, tiers
 from purelight_format.networks.kinds import KINDS, Kind
 from purelight_format.summary import ABILITIES
 from purelight_format.usd import layer, text
 from purelight_format.usd_schema import SCHEMA
 from purelight_format.validation.validate import LOOSE
+from purelight_format.verdict import figures
 
 PATH = Path(__file__).with_name("src") / "format/tables.js"
 HEAD = "// Written by `python -m web.tables` from purelight_format; do not edit.\n"
@@ -38,6 +39,19 @@ def tables() -> dict[str, Any]:
         "KINDS": {name: _kind(kind) for name, kind in KINDS.items()},
         "ABILITIES": ABILITIES,
         "SURFACE": {"slack": surface.SPHERE_SLACK, "closure": surface.CLOSURE},
+        "FINISHES": {
+            "member": finishes.MEMBER, "none": finishes.NONE, "slack": finishes.ENERGY_SLACK,
+            "least_ior": finishes.LEAST_IOR, "largest_ior": finishes.LARGEST_IOR,
+            "largest_exponent": finishes.LARGEST_EXPONENT,
+        },
+        "TIERS": {
+            "small": tiers.SMALL, "map_cells": tiers.MAP_CELLS,
+            "known": {name: asdict(tier) for name, tier in tiers.TIERS.items()},
+        },
+        "VERDICT": {
+            "largest": figures.LARGEST, "signed": sorted(figures.SIGNED),
+            "groups": {g.__name__: _group(g) for g in (figures.Verdict, *figures.GROUPS)},
+        },
         "LOOSE": LOOSE,
         "PROFILE": {"ir_version": profile.IR_VERSION, "opset": profile.OPSET, "rows": profile.ROWS},
         "FLAGS": profile.FLAGS,
@@ -61,6 +75,12 @@ def tables() -> dict[str, Any]:
         "LUMINANCE": LUMINANCE.tolist(),
         "LUMENS_PER_WATT": LUMENS_PER_WATT,
     }  # fmt: skip
+
+
+def _group(group: Any) -> list[list[Any]]:
+    """Name, group of figures if it is no number, and whether it may be left out, of each field."""
+    return [[field, None if inner is None else inner.__name__, optional]
+            for field, inner, optional in figures.layout(group)]  # fmt: skip
 
 
 def _kind(kind: Kind) -> dict[str, Any]:

@@ -31,7 +31,7 @@ VIEWED_BY = {"frosted_globe": "ptracer", "filament_bulb": "path", "crystal": "pa
 LAMPS = {name: CATALOG[name].lamp for name in VIEWED_BY}
 
 
-ROOM_PICTURE = room.Picture(288, 216, 64)
+ROOM_PICTURE = room.Picture(480, 360, 28)
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class Demo:
     lamp: str = "frosted_globe"
     preset: str = "draft"
     picture: room.Picture = ROOM_PICTURE
-    view_size: int = 192
+    view_size: int = 384
     reference_seconds: float = 60.0
 
     def __call__(self) -> Path:

@@ -24,9 +24,9 @@ def _rays(options: argparse.Namespace) -> int:
     require_name(options.output)
     atomic.check_file(options.output)
     if options.source.is_dir():
-        from purelight_train import variant
+        from purelight_mitsuba import platform
 
-        variant.use("cpu")
+        platform.use()
     from purelight_export.rays import rays_file, scaled_to, summary
 
     count = options.count and int(options.count)

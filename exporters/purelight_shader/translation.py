@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -37,17 +37,20 @@ class Translation:
     store: Store
 
 
-def translate(bundle: Bundle, store: Store) -> Translation:
+def translate(bundle: Bundle, store: Store, networks: Collection[str] = KINDS) -> Translation:
     """Translates every network of a valid bundle that the format knows.
 
     Arguments:
         store: takes their constants.
+        networks: other ones are left out.
 
     Raises:
         PureLightError: If a network has no translation.
     """
     programs = {}
-    for network in filter(bundle.manifest.networks.__contains__, KINDS):
+    for network in KINDS:
+        if network not in bundle.manifest.networks or network not in networks:
+            continue
         model = bundle.read(members.network(network))
         bounds = limits(network, bundle.manifest.bounding_sphere, bundle.vectors(network))
         programs[network] = lower(model, network, SIGNATURES[network], bounds, store)

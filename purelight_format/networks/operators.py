@@ -139,6 +139,8 @@ def _broadcast(node: Node, inputs: tuple[Tensor, ...]) -> Shape:
         node.bad_shape("tensors with rows must have the same number of axes")
     rank = ranks.pop()
     shapes = [t.shape if t.value is None else _without_rows(node, t.shape, rank) for t in inputs]
+    if len(set(shapes)) == 1:
+        return shapes[0]
     try:
         return np.broadcast_shapes(*shapes)
     except ValueError:

@@ -14,10 +14,11 @@ from typing import Any
 import numpy as np
 
 from purelight_format import members
-from purelight_format.errors import PureLightError
 from purelight_format.issues import Issue, fail, issue
 from purelight_format.limits import LIMITS, Limits
 from purelight_format.networks.cost import nanoseconds, products
+from purelight_format.networks.messages import BrokenMessageError
+from purelight_format.networks.model import load
 from purelight_format.networks.operators import FLOAT, OPERATORS, TYPES, Node, Shape, Tensor
 from purelight_format.networks.vectors import SIGNATURES, Shapes
 from purelight_format.networks.wire import require_small_structure
@@ -82,14 +83,8 @@ def _parse(model: bytes, where: str, limits: Limits) -> Any:
         _too_large(where, "bytes", len(model), limits.network_bytes)
     require_small_structure(model, where, limits)
     try:
-        import onnx
-        from google.protobuf.message import DecodeError  # type: ignore[import-untyped]
-    except ImportError as error:
-        remedy = "pip install 'purelight[onnx]'"
-        raise PureLightError(f"checking networks needs the onnx package: {remedy}") from error
-    try:
-        return onnx.ModelProto.FromString(model)
-    except DecodeError:
+        return load(model)
+    except BrokenMessageError:
         fail("PLX_ONNX_PARSE", where)
 
 

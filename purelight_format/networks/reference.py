@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence, Set
 from typing import Any
 
 import numpy as np
 
 from purelight_format.errors import PureLightError
 from purelight_format.networks import denormals
+from purelight_format.networks.model import load
 from purelight_format.networks.operators import TYPES, Shape
 from purelight_format.networks.profile import NetworkCost, foretell
 
@@ -39,9 +40,7 @@ def evaluate(
     Raises:
         PureLightError: If the network is not of the profile, or an index leaves its table.
     """
-    import onnx
-
-    graph = onnx.load_from_string(model).graph
+    graph = load(model).graph
     rows = {name: np.asarray(array, dtype) for name, array in inputs.items()}
     shapes, floats = (
         _foretold(graph, rows) if cost is None else (cost.shapes, cost.floats_per_sample)
@@ -70,18 +69,26 @@ def _evaluate(
 ) -> dict[str, Array]:
     values, rows = constants | inputs, len(next(iter(inputs.values())))
     wanted = [value.name for value in graph.output]
-    last = {name: k for k, node in enumerate(graph.node) for name in (*node.output, *node.input)}
     with np.errstate(all="ignore"), denormals.flushed():
-        for k, node in enumerate(graph.node):
+        for node, unread in zip(graph.node, _unread(graph, {*wanted, ""}), strict=True):
             results = _run(node, [values[name] if name else None for name in node.input], dtype)
             for name, result in zip(node.output, results, strict=True):
                 if result.shape != (rows, *shapes[name]):
                     raise PureLightError(f"{node.op_type}: a result of {result.shape}")
                 values[name] = result
-            for name in {*node.input, *node.output}.difference(wanted, [""]):
-                if last[name] == k:
-                    del values[name]
+            for name in unread:
+                del values[name]
     return {name: values[name] for name in wanted}
+
+
+def _unread(graph: Any, wanted: Set[str]) -> list[list[str]]:
+    """For each node, the values that no later one reads."""
+    last = {name: k for k, node in enumerate(graph.node) for name in (*node.output, *node.input)}
+    ending: list[list[str]] = [[] for _ in graph.node]
+    for name, k in last.items():
+        if name not in wanted:
+            ending[k].append(name)
+    return ending
 
 
 def _constant(tensor: Any, dtype: Any) -> Array:

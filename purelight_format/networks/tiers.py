@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from math import prod
 from typing import Any
 
+from purelight_format.networks.model import load
 from purelight_format.networks.operators import FLOAT, INT64, Tensor
 from purelight_format.networks.profile import foretell
 from purelight_format.networks.vectors import SIGNATURES
@@ -53,9 +54,7 @@ def fault(tier: Tier, model: bytes, network: str) -> str:
         model: ONNX bytes of the profile.
         network: its kind.
     """
-    import onnx
-
-    graph = onnx.load_from_string(model).graph
+    graph = load(model).graph
     tensors, (macs, floats, _) = foretell(graph, SIGNATURES[network].inputs)
     if macs > most_macs(tier, network):
         return f"{macs:,} multiply-adds"

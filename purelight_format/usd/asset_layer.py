@@ -18,6 +18,7 @@ from purelight_format.usd.appearance_text import (
     material_text,
     subset_texts,
 )
+from purelight_format.usd.guide import guide
 from purelight_format.usd.luminaires import LuminairePrim, luminaires
 from purelight_format.usd.numbers_text import number as _number
 from purelight_format.usd.numbers_text import quoted as _quoted
@@ -59,7 +60,8 @@ def layer_text(
     """Writes the layer: root Xform with the API, a fallback SphereLight, the exit surface.
 
     A surface with finishes is a mesh with materials, for renderers that read no bundle; without, it
-    is only a guide. The text is the same for the same arguments, and needs no USD library.
+    is only a guide; a large one is shown coarser (`guide`). The text is the same for the same
+    arguments, and needs no USD library.
 
     Arguments:
         manifest: sphere, flux, name and finishes.
@@ -72,8 +74,7 @@ def layer_text(
     """
     name = identifier(manifest.name)
     center, radius = manifest.bounding_sphere.center, manifest.bounding_sphere.radius
-    positions = np.asarray(surface.positions, np.float32).reshape(-1, 3)
-    extent = _tuples(np.stack((positions.min(0), positions.max(0))))
+    shown, every = guide(surface), np.asarray(surface.positions, np.float32).reshape(-1, 3)
     bound = f" (\n        {BINDING}\n    )" if manifest.finishes else ""
     purpose = "" if manifest.finishes else '\n        uniform token purpose = "guide"'
     materials = "".join(
@@ -98,7 +99,7 @@ def Xform "{name}" (
     kind = "component"
 )
 {{
-    float3[] extentsHint = {extent}
+    float3[] extentsHint = {_extent(every)}
     uniform float4 purelight:boundingSphere = {_tuple((*center, radius))}
     uniform asset purelight:bundle = @{paths.bundle}@{digest if paths.digest else ""}
     float purelight:dimmer = 1
@@ -112,14 +113,19 @@ def Xform "{name}" (
     def Mesh "exit_surface"{bound}
     {{
         uniform bool doubleSided = 1
-        float3[] extent = {extent}
-        int[] faceVertexCounts = [{", ".join(["3"] * len(surface.triangles))}]
-        int[] faceVertexIndices = [{", ".join(map(str, surface.triangles.ravel().tolist()))}]
-        point3f[] points = {_tuples(positions)}{purpose}
+        float3[] extent = {_extent(shown.positions)}
+        int[] faceVertexCounts = [{", ".join(["3"] * len(shown.triangles))}]
+        int[] faceVertexIndices = [{", ".join(map(str, shown.triangles.ravel().tolist()))}]
+        point3f[] points = {_tuples(shown.positions)}{purpose}
         uniform token subdivisionScheme = "none"
-{subset_texts(surface, f"/{name}")}    }}
+{subset_texts(shown, f"/{name}")}    }}
 {materials}{kept_texts(kept, f"/{name}")}}}
 """
+
+
+def _extent(positions: np.ndarray) -> str:
+    """The box around positions [V, 3]."""
+    return _tuples(np.stack((positions.min(0), positions.max(0))))
 
 
 def _fallback(manifest: Manifest, surface: Surface, paths: Paths) -> str:

@@ -120,7 +120,7 @@ def validate(source: str | Path | bytes, limits: Limits = LIMITS) -> Report:
         limits: what is accepted; lower limits than those of the format refuse more.
 
     Raises:
-        PureLightError: If the path cannot be read, or the onnx package is not installed.
+        PureLightError: If the path cannot be read.
 
     >>> report = validate(b"no bundle")
     >>> report.valid, [issue.code.name for issue in report.issues]

@@ -5,7 +5,7 @@ Every figure is relative, so that it holds for the lamp at any power and any siz
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import asdict, dataclass, fields, replace
 from typing import Any, TypeVar, get_type_hints
 
@@ -131,17 +131,23 @@ def _read(value: Any, kind: type[Group]) -> Group:
     """
     if not isinstance(value, Mapping):
         raise ValueError("no object")
-    hints = get_type_hints(kind)
     found = {}
-    for field in fields(kind):  # type: ignore[arg-type]
-        given, optional = value.get(field.name), field.default is None
+    for name, inner, optional in layout(kind):
+        given = value.get(name)
         if given is None and optional:
             continue
-        inner = next((t for t in _kinds(hints[field.name]) if t in GROUPS), None)
-        found[field.name] = _number(field.name, given) if inner is None else _read(given, inner)
+        found[name] = _number(name, given) if inner is None else _read(given, inner)
     if "photons" in found:
         found["photons"] = round(found["photons"])
     return kind(**found)
+
+
+def layout(kind: type) -> Iterator[tuple[str, Any, bool]]:
+    """Name, group of figures or None for a number, and whether it may be missing, of each field."""
+    hints = get_type_hints(kind)
+    for field in fields(kind):
+        inner = next((t for t in _kinds(hints[field.name]) if t in GROUPS), None)
+        yield field.name, inner, field.default is None
 
 
 def _kinds(hint: Any) -> tuple[Any, ...]:

@@ -21,8 +21,7 @@ class Options:
     lumens: luminous flux of all emitters together.
     kelvin: colour temperature of the emitters.
     omit: patterns of parts to leave out.
-    keep: patterns of parts to write into `kept.xml`, as geometry of the room; `AUTO` stands for
-        the opaque ones away from the light.
+    keep: patterns of parts to write into `kept.xml`; `AUTO`, the opaque ones away from the light.
     glass: `NAME=solid` or `NAME=thin` each.
     name: of the lamp; None is that of the file's scene, or of the file.
     """

@@ -16,6 +16,7 @@ from purelight_train import threads
 from purelight_train.presets import ANCHORS, PRESETS
 
 COMMAND = "purelight-train"
+LARGEST = 5e-3  # tolerance: half of what light may leave beside its surface
 
 
 def _parser() -> command.Parser:
@@ -39,6 +40,13 @@ def _parser() -> command.Parser:
                         help="end once the error on held-out light stops falling")  # fmt: skip
     parser.add_argument("--exit-surface", default="auto", metavar="WHERE",
                         help="of measured rays: start, tight, auto, or a mesh file")  # fmt: skip
+    parser.add_argument(
+        "--tolerance",
+        type=_tolerance,
+        metavar="PART",
+        help="most that the exit surface may be moved to have fewer triangles, "
+        "over the lamp's radius; 0 leaves it as it is; the preset's if not given",
+    )
     parser.add_argument("--verdict", action=argparse.BooleanOptionalAction, default=True,
                         help="measure with fresh light what was learned")  # fmt: skip
     parser.add_argument("--report", action=argparse.BooleanOptionalAction, default=True,
@@ -48,6 +56,17 @@ def _parser() -> command.Parser:
     parser.add_argument("--threads", type=int, default=os.cpu_count(), help="CPU threads")
     options.add(parser)
     return parser
+
+
+def _tolerance(text: str) -> float:
+    """A part of the lamp's radius."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = -1.0
+    if not 0 <= value <= LARGEST:
+        raise argparse.ArgumentTypeError(f"{text} is not between 0 and {LARGEST}")
+    return value
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -78,6 +97,8 @@ def _run(arguments: argparse.Namespace, device: str) -> int:
     from purelight_train.runs.pipeline import start
 
     preset = replace(PRESETS[arguments.preset], mixed_precision=arguments.mixed_precision)
+    if arguments.tolerance is not None:
+        preset = replace(preset, tolerance=arguments.tolerance)
     anchor = arguments.anchor or ("auto" if arguments.route == "photons" else "none")
     with scene_of(arguments.luminaire, arguments.output, options.Options.of(arguments)) as lamp:
         training = start(

@@ -73,6 +73,8 @@ class Preset:
             (`surface_network`).
         anchor_grid: grid over each of them.
         student_link: `log1p` or `log` (`student`).
+        tolerance: most that the exit surface is moved to have fewer triangles, over the radius of
+            its bounding sphere; 0 leaves it as it is (`decimation`).
         mixed_precision: dense layers are trained in bfloat16 (`encodings.MLP`).
         The others are sizes, samples and steps of the networks they are named after.
     """
@@ -107,6 +109,7 @@ class Preset:
     anchor_grid: GridSize | None = None
     student_link: str = "log1p"
     mixed_precision: bool = False
+    tolerance: float = 0.0
 
     def to_dict(self) -> dict[str, Any]:
         """A JSON-ready form of the preset."""
@@ -189,6 +192,7 @@ DRAFT = Preset(
     fast_map=Optimisation(2000, 1 << 8, 1e-2),
     fast_map_one_hot=False,
     photons=Optimisation(3000, 1 << 11, 1e-2),
+    tolerance=5e-4,
 )
 
 # Whether a lamp goes through at all; its light is about right, its look is not
@@ -239,6 +243,7 @@ STANDARD = Preset(
     fast_map=Optimisation(6000, 1 << 8, 5e-3),
     fast_map_one_hot=False,
     photons=Optimisation(20_000, 1 << 12, 1e-2),
+    tolerance=3e-4,
 )
 
 PAPER = Preset(
@@ -265,6 +270,7 @@ PAPER = Preset(
     fast_map_one_hot=True,
     photons=Optimisation(50_000, 1 << 15, 5e-3),
     fresh_records=True,
+    tolerance=2e-4,
 )
 
 PRESETS = {preset.name: preset for preset in (SKETCH, DRAFT, STANDARD, PAPER)}

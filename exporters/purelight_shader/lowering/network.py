@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from purelight_format.errors import PureLightError
+from purelight_format.networks.model import load
 from purelight_format.networks.operators import FLOAT, Tensor
 from purelight_format.networks.profile import foretell
 from purelight_format.networks.vectors import Signature
@@ -46,9 +47,7 @@ def lower(
     Raises:
         PureLightError: If an operator has no translation.
     """
-    import onnx
-
-    graph = onnx.load_from_string(model).graph
+    graph = load(model).graph
     tensors, _ = foretell(graph, signature.inputs)
     writer = Writer(store, reads.count(graph, tensors))
     inputs = tuple(

@@ -77,7 +77,7 @@ def files(module: Module, bundle: Bundle, store: Store, prefix: str, head: str) 
     lamp = Template(page("lamp.h.in")).substitute(
         head=head, prelude=PRELUDE, prefix=prefix, code=code.strip("\n"),
         taken=Template(TAKEN).substitute(struct=_struct(module)) if _struct(module) else "",
-        facts=_facts(bundle, module), floats=store.size(Kind.FLOAT),
+        facts=_facts(bundle, module), floats=_floats(store.size(Kind.FLOAT)),
         integers=_integers(store), bindings="\n".join(_bindings(code, prefix)),
         methods="\n".join(_methods(module)), **_sizes(bundle),
     )  # fmt: skip
@@ -121,6 +121,11 @@ def _float(value: float) -> str:
 def _sizes(bundle: Bundle) -> Mapping[str, int]:
     surface = bundle.surface()
     return {"positions": surface.positions.size, "triangles": surface.triangles.size}
+
+
+def _floats(size: int) -> str:
+    """What reads the constants; small lamps have all of them in the code, and no file."""
+    return f'::purelight::read_numbers<float>(folder + "/floats.bin", {size})' if size else ""
 
 
 def _integers(store: Store) -> str:

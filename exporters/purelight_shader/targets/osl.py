@@ -40,16 +40,27 @@ def files(
         asked: rows of the self-test's inputs.
     """
     programs = translation.programs
-    names = {network: f"{prefix}_{function(network)}" for network in programs}
-    printers = {n: OslPrinter(program, names[n], prefix) for n, program in programs.items()}
-    texts = [printer.text() for printer in printers.values()]
-    functions = _support(texts, prefix, translation.store) + "\n" + "\n".join(texts)
-    known = {"head": head, "functions": functions, "prefix": prefix}
+    text, elements = functions(translation, prefix)
+    known = {"head": head, "functions": text, "prefix": prefix}
     through = Template(TRANSMITTANCE).substitute(known) if "transparency" in programs else ""
     lamp = Template(page("lamp.osl.in")).substitute(known, transmittance=through)
-    test = Template(page("selftest.osl.in")).substitute(known, **_test(programs, names, asked))
-    elements = max(printer.plan.elements for printer in printers.values())
+    test = Template(page("selftest.osl.in")).substitute(
+        known, **_test(programs, _names(programs, prefix), asked)
+    )
     return {"lamp.osl": lamp, "selftest.osl": test}, elements
+
+
+def functions(translation: Translation, prefix: str) -> tuple[str, int]:
+    """Every network as a function with what they call; numbers in the arrays of the largest."""
+    names = _names(translation.programs, prefix)
+    printers = [OslPrinter(p, names[n], prefix) for n, p in translation.programs.items()]
+    texts = [printer.text() for printer in printers]
+    text = _support(texts, prefix, translation.store) + "\n" + "\n".join(texts)
+    return text, max(printer.plan.elements for printer in printers)
+
+
+def _names(programs: dict[str, Program], prefix: str) -> dict[str, str]:
+    return {network: f"{prefix}_{function(network)}" for network in programs}
 
 
 def _support(texts: list[str], prefix: str, held: Store) -> str:
@@ -99,7 +110,17 @@ def _case(index: int, name: str, program: Program) -> Iterator[str]:
 
 
 def tables(held: Store) -> dict[str, bytes]:
-    """The texture of what does not stand in the code: float32, four channels; maybe none.
+    """The texture of `texels` as a file; maybe none.
+
+    Raises:
+        PureLightError: If a texture cannot hold it.
+    """
+    found = texels(held)
+    return {} if found is None else {TABLES: _exr(found)}
+
+
+def texels(held: Store) -> np.ndarray | None:
+    """What does not stand in the code: [rows, width, 4] float32, or None if all does.
 
     Raises:
         PureLightError: If a texture cannot hold it.
@@ -110,7 +131,7 @@ def tables(held: Store) -> dict[str, bytes]:
             "export the run with --precision fp32"
         )
     if not held.size(Kind.FLOAT):
-        return {}
+        return None
     rows = _rows(held)
     if rows > MOST_ROWS:
         raise PureLightError(
@@ -118,16 +139,16 @@ def tables(held: Store) -> dict[str, bytes]:
             "written; train a smaller lamp (purelight-size)"
         )
     fours = held.buffer(Kind.FLOAT)
-    texels = np.pad(fours, ((0, rows * WIDTH - len(fours)), (0, 0))).reshape(rows, WIDTH, FOUR)
-    return {TABLES: _exr(texels)}
+    padded = np.pad(fours, ((0, rows * WIDTH - len(fours)), (0, 0)))
+    return padded.reshape(rows, WIDTH, FOUR).astype(np.float32)
 
 
-def _exr(texels: np.ndarray) -> bytes:
+def _exr(pixels: np.ndarray) -> bytes:
     import OpenEXR
 
     header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / TABLES
-        with OpenEXR.File(header, {"RGBA": texels.astype(np.float32)}) as file:
+        with OpenEXR.File(header, {"RGBA": pixels}) as file:
             file.write(str(path))
         return path.read_bytes()

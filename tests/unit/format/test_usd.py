@@ -12,12 +12,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import trimesh
 from pxr import Usd, UsdGeom, UsdLux, UsdValidation
 
 from purelight_format import bundle, usd_schema
 from purelight_format.bundle import Bundle
+from purelight_format.members.surface import Surface
 from purelight_format.usd import layer
 from purelight_format.usd.asset_layer import Paths, identifier, layer_text, luminaires
+from purelight_format.usd.guide import guide
 from tests.support import lamp
 
 usd_schema.register()
@@ -206,3 +209,40 @@ def test_luminaires_are_found_whenever_the_schema_is_registered(asset: Path, mom
 )
 def test_names_become_identifiers(name: str, expected: str) -> None:
     assert identifier(name) == expected
+
+
+def large(finish: np.ndarray | None) -> Surface:
+    """A ball of 81,920 triangles."""
+    ball = trimesh.creation.icosphere(subdivisions=6, radius=0.1)
+    faces = ball.faces.astype(np.uint32)
+    return Surface(
+        ball.vertices.astype(np.float32), faces, np.ones(faces.shape, np.float32), finish
+    )
+
+
+def test_the_mesh_of_a_large_surface_is_coarse_and_in_its_place() -> None:
+    surface = large(None)
+    found = guide(surface)
+    assert 500 < len(found.triangles) <= 2000
+    assert np.linalg.norm(found.positions, axis=1) == pytest.approx(0.1, rel=0.02)
+    manifest, _ = lamp.parts()
+    text = layer_text(manifest, surface, PATHS).encode()
+    assert len(text) < 200_000
+    assert not list(layer.check(text, "lamp.usda", {"lamp.plux", "lamp.ies"}))
+
+
+def test_a_coarse_mesh_keeps_its_finishes() -> None:
+    surface = large(None)
+    upper = surface.positions[surface.triangles][..., 2].mean(1) > 0
+    finish = np.stack([upper, upper], 1).astype(np.uint8)
+    found = guide(replace(surface, finish=finish))
+    assert 2000 < len(found.triangles) <= 8_000
+    height = found.positions[found.triangles][..., 2].mean(1)
+    assert found.finish is not None
+    far = np.abs(height) > 0.005
+    np.testing.assert_array_equal(found.finish[far, 0] == 1, height[far] > 0)
+
+
+def test_a_small_surface_is_its_own_guide() -> None:
+    assert guide(lamp.surface()) is not None
+    np.testing.assert_array_equal(guide(lamp.surface()).triangles, lamp.surface().triangles)

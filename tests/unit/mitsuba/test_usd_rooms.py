@@ -11,6 +11,7 @@ import pytest
 
 from purelight_format.errors import PureLightError
 from purelight_mitsuba.usd_scene import load_usd, meshes
+from purelight_onnx.picture import write_exr
 from tests.support import analytic_lamps as lamps
 from tests.support.usd_stages import FLOOR, LIGHT, first_hit, loaded, stage
 
@@ -289,7 +290,7 @@ def colors(folder: Path, reader: str, name: str = "st") -> np.ndarray:
     """What is seen above on the left, above on the right, and below on the left."""
     picture = np.zeros((2, 2, 3), np.float32)
     picture[0, 0], picture[0, 1], picture[1, 0] = np.eye(3)
-    mi.Bitmap(picture).write(str(folder / "map.exr"))
+    write_exr(folder / "map.exr", picture)
     inputs = "color3f inputs:diffuseColor.connect = </M/T.outputs:rgb>"
     prim = TEXTURED.format(inputs=inputs, reader=reader, name=name, uv=UPRIGHT)
     scene = loaded(folder, prim).scene
@@ -314,7 +315,7 @@ def test_textures_are_moved_as_they_say(tmp_path: Path) -> None:
 def tilted(folder: Path, uv: str, lean: np.ndarray, decoding: str) -> np.ndarray:
     """Where a floor with an even normal map sends most light that comes from above: x and y."""
     coded = np.broadcast_to(np.float32(0.5 + 0.5 * lean), (4, 4, 3))
-    mi.Bitmap(np.ascontiguousarray(coded)).write(str(folder / "map.exr"))
+    write_exr(folder / "map.exr", coded)
     inputs = "normal3f inputs:normal.connect = </M/T.outputs:rgb>"
     scene = loaded(folder, TEXTURED.format(inputs=inputs, reader=decoding, name="st", uv=uv)).scene
     hit = first_hit(scene, 0.55, 0.45)

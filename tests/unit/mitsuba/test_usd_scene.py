@@ -13,6 +13,7 @@ import pytest
 from purelight_format.errors import PureLightError
 from purelight_mitsuba.cli import main
 from purelight_mitsuba.usd_scene import load_usd
+from purelight_onnx.picture import write_exr
 from tests.support import analytic_lamps as lamps
 from tests.support.usd_stages import CAMERA, LIGHT, first_hit, irradiance, loaded, stage
 
@@ -134,7 +135,7 @@ def Plane "Floor" ( prepend apiSchemas = ["MaterialBindingAPI"] )
 
 
 def test_emission_and_its_texture(tmp_path: Path) -> None:
-    mi.Bitmap(np.full((2, 2, 3), (1, 2, 3), np.float32)).write(str(tmp_path / "map.exr"))
+    write_exr(tmp_path / "map.exr", np.full((2, 2, 3), (1, 2, 3), np.float32))
     for inputs, expected in (
         ("color3f inputs:emissiveColor = (3, 2, 1)", [3, 2, 1]),
         ("color3f inputs:emissiveColor.connect = </M/T.outputs:rgb>", [1, 2, 3]),

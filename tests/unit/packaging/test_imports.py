@@ -20,6 +20,7 @@ else:
 
 ROOT = Path(__file__).parents[3]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+BLENDER = {"bpy_extras", "mathutils", "cycles", "openimageio", "pxr"}  # What `bpy` brings.
 ROW = re.compile(r"^\| `(?:[\w/]+/)?(purelight_\w+)/` \|[^|]*\|([^|]*)\|([^|]*)\|$", re.MULTILINE)
 RIGHT = re.compile(r"`([\w.]+)`(?: in `([\w.]+)`)?")
 
@@ -84,6 +85,8 @@ def modules_of(extras: tuple[str, ...]) -> set[str]:
     owners = {
         k.lower(): {owner.lower() for owner in v} for k, v in packages_distributions().items()
     }
+    if "bpy" in names:
+        names |= BLENDER
     return names | {module for module, owned in owners.items() if names & owned}
 
 

@@ -16,6 +16,8 @@ FOLDERS = [
     "runtimes/mitsuba",
     "runtimes/onnx",
     "runtimes/cpp",
+    "integrations",
+    "integrations/blender",
 ]
 
 

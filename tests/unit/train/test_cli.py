@@ -30,6 +30,36 @@ CASES = {
         '<rgb name="radiance" value="0"/></emitter></shape></scene>',
         "emits nothing",
     ),
+    "point_alone": (
+        '<scene version="3.0.0"><emitter type="point"/></scene>',
+        "no area",
+    ),
+    "no_size": (
+        '<scene version="3.0.0"><shape type="sphere"><float name="radius" value="0"/>'
+        '<emitter type="area"/></shape></scene>',
+        "no area",
+    ),
+    "negative": (
+        '<scene version="3.0.0"><shape type="sphere"><emitter type="area">'
+        '<rgb name="radiance" value="-1, 1, 1"/></emitter></shape></scene>',
+        "negative radiance",
+    ),
+    "blackbody": (
+        '<scene version="3.0.0"><shape type="sphere"><emitter type="area"><spectrum '
+        'name="radiance" type="blackbody"><float name="temperature" value="2700"/></spectrum>'
+        "</emitter></shape></scene>",
+        "no radiance in R, G and B",
+    ),
+    "atom": (
+        '<scene version="3.0.0"><shape type="sphere"><float name="radius" value="1e-12"/>'
+        '<emitter type="area"/></shape></scene>',
+        "2e-12 m across",
+    ),
+    "far_away": (
+        '<scene version="3.0.0"><shape type="sphere"><point name="center" x="1e7" y="0" z="0"/>'
+        '<emitter type="area"/></shape></scene>',
+        "move it to the origin",
+    ),
 }
 
 

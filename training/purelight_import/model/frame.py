@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +12,7 @@ from purelight_format.errors import PureLightError
 
 UNITS = {"m": 1.0, "dm": 0.1, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
 GUESSES = ("m", "cm", "mm", "in")
-PLAUSIBLE = (0.04, 2.0)  # metres, the largest extent of most lamps
+PLAUSIBLE, USUAL = (0.04, 2.0), 0.3  # metres, the largest extent of most lamps
 # Rows are the luminaire's axes in the file's: rotations that bring each axis up
 UP = {
     "z": np.eye(3),
@@ -59,14 +60,17 @@ def unit(text: str) -> float:
 
 
 def guess_unit(size: float) -> str:
-    """The unit in which a lamp of an extent would be of a plausible size.
+    """The unit in which a lamp of an extent would be of a size nearest the usual one.
+
+    Inches are taken where no other unit gives a plausible size.
 
     Raises:
         PureLightError: there is none.
     """
-    for name in GUESSES:
-        if PLAUSIBLE[0] <= size * UNITS[name] <= PLAUSIBLE[1]:
-            return name
+    fit = [n for n in GUESSES if PLAUSIBLE[0] <= size * UNITS[n] <= PLAUSIBLE[1]]
+    metric = [name for name in fit if name != "in"]
+    if fit:
+        return min(metric or fit, key=lambda name: abs(math.log(size * UNITS[name] / USUAL)))
     raise PureLightError(
         f"the file states no unit, and {size:.3g} of none would be a lamp; say it with --units "
         f"({', '.join(UNITS)}, or metres as a number)"

@@ -264,8 +264,8 @@ def visible_part(
     rays from the missed triangles find it. Neighbours (triangles that share a vertex with a seen
     one) close the pinholes that are left.
     """
-    proper = _proper(positions, triangles)
-    triangles = triangles[proper]
+    solid = proper(positions, triangles)
+    triangles = triangles[solid]
     whole = ExitSurface(positions, triangles, np.zeros(len(triangles), bool))
     origin, direction = inward_rays(whole.sphere, rays, rng, cosine=True)
     hits = whole.intersect(origin, direction)
@@ -292,7 +292,7 @@ def visible_part(
     normals = None if vertex_normals is None else vertex_normals[used]
     faces = compact.reshape(-1, 3).astype(np.uint32)
     return ExitSurface(
-        positions[used], faces, two_sided[keep], normals, source=proper[keep], turned=turned[keep]
+        positions[used], faces, two_sided[keep], normals, source=solid[keep], turned=turned[keep]
     )
 
 
@@ -345,7 +345,7 @@ def cosine_directions(normal: Float, rng: np.random.Generator) -> Float:
     return direction.astype(np.float32)
 
 
-def _proper(positions: Float, triangles: NDArray[np.uint32]) -> NDArray[np.int64]:
+def proper(positions: Float, triangles: NDArray[np.uint32]) -> NDArray[np.int64]:
     """Indices of the triangles that have an area, each once.
 
     Raises:

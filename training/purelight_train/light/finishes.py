@@ -39,7 +39,7 @@ class Finished:
 
 
 @dataclass(frozen=True)
-class _Patch:
+class Patch:
     """The triangles of one shape that can be seen.
 
     Arguments:
@@ -64,10 +64,10 @@ def finished(luminaire: Luminaire) -> Finished:
     surface = luminaire.exit_surface
     assert surface.turned is not None
     area = surface.triangle_area
-    groups: dict[tuple[int, bool], list[_Patch]] = {}
-    for patch in _patches(luminaire.scene, surface):
+    groups: dict[tuple[int, bool], list[Patch]] = {}
+    for patch in patches(luminaire.scene, surface):
         groups.setdefault(patch.key, []).append(patch)
-    textured = sum(_colors(group) is not None for group in groups.values())
+    textured = sum(colors_of(group) is not None for group in groups.values())
     shades = max(1, min(SHADES, (LIMITS.finishes - 2 * len(groups)) // max(2 * textured, 1)))
     made: list[Finish] = []
     sides = np.full((len(area), 2), -1, np.int64)
@@ -100,7 +100,8 @@ def _with_bodies(
     return result, sides
 
 
-def _patches(scene: mi.Scene, surface: ExitSurface) -> Iterator[_Patch]:
+def patches(scene: mi.Scene, surface: ExitSurface) -> Iterator[Patch]:
+    """What is seen of each shape."""
     counts = triangle_counts(scene)
     first = np.cumsum([0, *counts])
     source = surface.source
@@ -110,7 +111,7 @@ def _patches(scene: mi.Scene, surface: ExitSurface) -> Iterator[_Patch]:
         if len(triangles):
             normals = surface.vertex_normals
             bent = normals is not None and normals[surface.triangles[triangles]].any()
-            yield _Patch(shape, triangles, _uv(shape, source[triangles] - first[k]), bool(bent))
+            yield Patch(shape, triangles, _uv(shape, source[triangles] - first[k]), bool(bent))
 
 
 def _uv(shape: mi.Shape, faces: NDArray[np.int64]) -> Array:
@@ -127,7 +128,7 @@ def _uv(shape: mi.Shape, faces: NDArray[np.int64]) -> Array:
     return result
 
 
-def _colors(group: list[_Patch]) -> Array | None:
+def colors_of(group: list[Patch]) -> Array | None:
     """Diffuse colour of each triangle of a group, [P, 3]; None where it does not vary."""
     bsdf = group[0].shape.bsdf()
     uv = np.concatenate([patch.uv for patch in group])
@@ -148,7 +149,7 @@ def _colors(group: list[_Patch]) -> Array | None:
 
 
 def _of_side(
-    group: list[_Patch], area: Array, shades: int, *, front: bool, thin: bool
+    group: list[Patch], area: Array, shades: int, *, front: bool, thin: bool
 ) -> tuple[list[Finish], NDArray[np.int64]]:
     """Finishes of one side of a material, and which of them each triangle has; -1 for none."""
     shape, smooth = group[0].shape, group[0].smooth
@@ -162,7 +163,7 @@ def _of_side(
     hollow = thin and shape.interior_medium() is None
     sheet = refracts and hollow and finish.roughness**2 < SHARP
     finish = replace(finish, thin_walled=finish.thin_walled or sheet)
-    colors = _colors(group)
+    colors = colors_of(group)
     if colors is None or max(finish.base_color) == 0:
         return [finish], np.zeros(count, np.int64)
     mean = (area @ colors) / area.sum()

@@ -17,6 +17,7 @@ import trimesh
 from numpy.typing import NDArray
 
 from purelight_format.errors import PureLightError
+from purelight_format.members.manifest import LARGEST, SMALLEST
 from purelight_train.light.emission import Emission
 from purelight_train.light.exit_records import ExitRecords
 from purelight_train.light.exit_surface import ExitSurface, inward_rays, visible_part
@@ -30,6 +31,7 @@ VISIBILITY_RAYS = 1 << 21
 LEAST_SEEN = 50  # rays, to judge a shape by
 FLAT_COSINE = 0.9999  # between a corner's normal and its facet's, where a mesh is flat
 RAY_HULL_SIDES = 96
+FARTHEST = 1e4  # radii from the origin
 SECTIONS = 128  # of analytic disks and cylinders
 
 
@@ -76,6 +78,8 @@ def load_luminaire(path: str | Path, seed: int = 0) -> Luminaire:
     _check_emitters(path, scene)
     rng = np.random.default_rng([seed, 1])
     surface = _exit_surface(scene, rng)
+    _check_size(path, surface)
+    _check_radiance(path, scene)
     _check_glass(scene, surface)
     return Luminaire(path, scene, surface, scene_digest(path), exit_index(scene, surface))
 
@@ -166,6 +170,33 @@ def _check_emitters(path: Path, scene: mi.Scene) -> None:
             )
 
 
+def _check_size(path: Path, surface: ExitSurface) -> None:
+    """Refuse what a bundle cannot say, and what 32-bit numbers cannot tell apart."""
+    radius = surface.sphere.radius
+    if not SMALLEST <= radius <= LARGEST:
+        raise PureLightError(f"{path}: the lamp is {2 * radius:.3g} m across; model it in metres")
+    away = max(map(abs, surface.sphere.center))
+    if not away <= FARTHEST * radius:
+        raise PureLightError(
+            f"{path}: the lamp is {away:.3g} m from the origin, too far for its size of "
+            f"{2 * radius:.3g} m; move it to the origin"
+        )
+
+
+def _check_radiance(path: Path, scene: mi.Scene) -> None:
+    """Refuse emitters that take light away, or whose radiance has no R, G and B."""
+    try:
+        power = Emission.of(scene, dr.opaque(mi.Float, scene_extent(scene))).power()
+    except RuntimeError as error:
+        reason = " ".join(str(error).split())[-200:]
+        raise PureLightError(
+            f"{path}: an emitter has no radiance in R, G and B; give it as <rgb> ({reason})"
+        ) from None
+    if negative := np.flatnonzero((power < 0).any(1)).tolist():
+        name = scene.emitters()[negative[0]].id()
+        raise PureLightError(f"{path}: emitter '{name}' has negative radiance; give zero or more")
+
+
 def _check_glass(scene: mi.Scene, surface: ExitSurface) -> None:
     """Warn of glass that shows its back to the outside, where it should begin."""
     shapes = scene.shapes_dr()
@@ -201,7 +232,8 @@ def scene_triangles(
         vertices [V, 3], triangles [T, 3], and unit normals [V, 3] of the vertices of smooth shapes,
         zero at those of flat ones.
     """
-    positions, triangles, normals, count = [], [], [], 0
+    positions, triangles, normals = ([np.zeros((0, 3))] for _ in range(3))
+    count = 0
     for shape in scene.shapes():
         vertices, faces, smooth = shape_mesh(shape)
         positions.append(vertices)
@@ -251,10 +283,17 @@ def shape_mesh(shape: mi.Shape) -> Part:
     mesh, normals = PRIMITIVES[kind]()
     matrix = np.array(parameters["to_world"].matrix, dtype=np.float64).reshape(4, 4)
     if normals is not None:
-        normals = normals @ np.linalg.inv(matrix[:3, :3])
+        normals = normals @ _adjugate(matrix[:3, :3])
         normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
     mesh.apply_transform(matrix)
     return np.asarray(mesh.vertices), np.asarray(mesh.faces), normals
+
+
+def _adjugate(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The inverse of a matrix [3, 3] up to a positive factor; finite for shapes without volume."""
+    a, b, c = matrix
+    sign = np.copysign(1.0, np.linalg.det(matrix))
+    return sign * np.stack((np.cross(b, c), np.cross(c, a), np.cross(a, b)), axis=1)
 
 
 def _sphere() -> tuple[trimesh.Trimesh, NDArray[Any] | None]:

@@ -151,7 +151,7 @@ def start(
     stages = Stages(run, seed, torch.device(device), stage_names(route), early_stop)
     if (output / "config.json").is_file():
         return _continue(scene, stages, config, preset, resume=resume)
-    lamp = TracedLamp(scene, preset.for_route(route).paths, stages, exit_surface)
+    lamp = TracedLamp(scene, preset.for_route(route).paths, stages, exit_surface, preset.tolerance)
     look(lamp.luminaire)
     lamp.description  # noqa: B018 - a faulty or dark lamp must leave nothing behind
     if anchor == "auto":
@@ -181,7 +181,9 @@ def _continue(
         raise PureLightError(
             f"{run.path}: was made with another {changed[0]}; choose another --output"
         )
-    lamp = TracedLamp(scene, chosen.paths, stages, config.get("exit_surface", AUTO))
+    lamp = TracedLamp(
+        scene, chosen.paths, stages, config.get("exit_surface", AUTO), chosen.tolerance
+    )
     _spare(lamp, chosen)
     return Training(ROUTES[route](lamp, chosen, stages))
 
@@ -198,7 +200,9 @@ def reopen(run: RunDirectory, scene: Path, device: str = "cpu") -> Training:
     config, preset = run.config, run.preset
     stages = Stages(run, config["seed"], torch.device(device), stage_names(config["route"]))
     route = ROUTES[config["route"]]
-    lamp = TracedLamp(scene, preset.paths, stages, config.get("exit_surface", AUTO))
+    lamp = TracedLamp(
+        scene, preset.paths, stages, config.get("exit_surface", AUTO), preset.tolerance
+    )
     return Training(route(lamp, preset, stages))
 
 

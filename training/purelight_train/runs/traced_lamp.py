@@ -23,6 +23,7 @@ from purelight_train.light.exit_surface import ExitSurface
 from purelight_train.light.finishes import finished
 from purelight_train.light.kept import kept_parts
 from purelight_train.light.light_tracing import BATCH
+from purelight_train.light.lighter import chosen_of, lighter
 from purelight_train.light.luminaire import Luminaire, load_luminaire
 from purelight_train.light.measured_luminaire import MeasuredLuminaire, load_measured
 from purelight_train.light.virtual_surface import AUTO
@@ -42,17 +43,24 @@ class TracedLamp:
         scene: Mitsuba scene of the lamp, or a ray file of its light.
         paths: emitted paths whose records are kept.
         exit_surface: where measured rays leave the lamp (`measured_luminaire.load_measured`).
+        tolerance: of a scene's exit surface (`decimation`).
     """
 
     scene: Path
     paths: int
     stages: Stages
     exit_surface: str = AUTO
+    tolerance: float = 0.0
 
     @cached_property
     def luminaire(self) -> Luminaire | MeasuredLuminaire:
         if is_ray_file(self.scene):
             return load_measured(self.scene, self.stages.seed, self.exit_surface)
+        return lighter(self._whole, self.tolerance)
+
+    @cached_property
+    def _whole(self) -> Luminaire:
+        """The lamp of a scene with all of its triangles."""
         return load_luminaire(self.scene, self.stages.seed)
 
     @property
@@ -160,9 +168,9 @@ class TracedLamp:
         """
         if isinstance(self.luminaire, MeasuredLuminaire):
             return {}
-        made = finished(self.luminaire)
+        made = finished(self._whole)
         self.stages.run.write_json("finishes.json", to_json(made.finishes))
-        return {"finish": made.sides}
+        return {"finish": made.sides[chosen_of(self._whole.exit_surface, self.surface)]}
 
 
 def _require_radiance(records: ExitRecords) -> None:

@@ -1,9 +1,10 @@
 // The manifest (plux.md, M2 to M9): every fault is noted instead of stopping at the first.
 
+import { readFinishes } from "./finishes.js";
 import { FormatError, issue } from "./issues.js";
 import { parse, Real, toNumber } from "./json.js";
 import { FORMAT_VERSION, LIMITS, LONGEST, MANIFEST_BOUNDS, UNITS } from "./tables.js";
-import { isPrintable } from "./text.js";
+import { general, isPrintable } from "./text.js";
 
 export const MANIFEST = "manifest.json";
 const VERSION = /^(0|[1-9][0-9]{0,3})\.(0|[1-9][0-9]{0,3})$/;
@@ -26,11 +27,11 @@ export function readManifest(bytes, findings, limits = LIMITS) {
   if (!reader.version("format_version", FORMAT_VERSION)) {
     return undefined;
   }
-  const manifest = read(reader);
+  const manifest = read(reader, limits);
   return findings.errors.length ? undefined : manifest;
 }
 
-function read(reader) {
+function read(reader, limits) {
   const manifest = {
     format_version: reader.text("format_version"),
     name: reader.text("name", 200),
@@ -42,8 +43,10 @@ function read(reader) {
     networks: reader.objects("networks", readNetwork),
     provenance: reader.free("provenance"),
     fidelity: reader.free("fidelity"),
+    finishes: readFinishes(reader, limits),
     extensions: reader.free("extensions"),
     members: reader.objects("members", readMember),
+    tier: reader.optionalText("tier", 64),
   };
   reader.units("units", UNITS);
   if (!reader.findings.errors.length) {
@@ -148,6 +151,10 @@ class Reader {
     return this.field(key, fits, `must be a printable text of 1 to ${longest} characters`, "");
   }
 
+  optionalText(key, longest) {
+    return isNothing(this.get(key)) ? null : this.text(key, longest);
+  }
+
   digest(key) {
     const fits = (value) => typeof value === "string" && DIGEST.test(value);
     return this.field(key, fits, "must be 64 lower-case hexadecimal digits", "");
@@ -166,6 +173,38 @@ class Reader {
     const fits = (value) => isNothing(value) || (toNumber(value) > 0 && toNumber(value) <= 1);
     const value = this.field(key, fits, "must be a number above 0, at most 1", undefined);
     return isNothing(value) ? undefined : toNumber(value);
+  }
+
+  within(key, low, high, otherwise) {
+    const fits = (value) => isNothing(value)
+      || (isNumber(value) && toNumber(value) >= low && toNumber(value) <= high);
+    const expected = `must be a number from ${general(low)} to ${general(high)}`;
+    const value = this.field(key, fits, expected, undefined);
+    return isNothing(value) ? otherwise : toNumber(value);
+  }
+
+  flag(key, otherwise) {
+    const fits = (value) => isNothing(value) || typeof value === "boolean";
+    return this.field(key, fits, "must be a truth value", otherwise) ?? otherwise;
+  }
+
+  /** Three numbers in [0, 1]; where there may be none, `otherwise`. */
+  color(key, otherwise) {
+    const within = (value) => isNumber(value) && toNumber(value) >= 0 && toNumber(value) <= 1;
+    const fits = (value) => isThree(within)(value) || (isNothing(value) && otherwise);
+    const value = this.field(key, fits, "must be three numbers from 0 to 1", [0, 0, 0]);
+    return isNothing(value) ? otherwise : value.map(toNumber);
+  }
+
+  /** Readers of a list's elements, which must all be objects; none if it is not there. */
+  listed(key, most, tooMany) {
+    const fits = (value) => isNothing(value) || Array.isArray(value);
+    const found = this.field(key, fits, "must be a list", []) ?? [];
+    if (found.length > most) {
+      this.add(tooMany, key, { count: found.length, limit: most });
+      return [];
+    }
+    return found.map((value, k) => new Reader(value, `${this.below(key)}/${k}`, this.findings));
   }
 
   vector(key) {

@@ -7,9 +7,9 @@ import { tuple } from "./text.js";
 
 const MAGIC = Uint8Array.from([0x93, 0x4e, 0x55, 0x4d, 0x50, 0x59, 1, 0]); // \x93NUMPY, 1.0
 const HEADER =
-  /^\{'descr': '(<f4|<f8|<u4)', 'fortran_order': False, 'shape': \(([0-9, ]{0,64})\), \} *\n$/;
+  /^\{'descr': '(<f4|<f8|<u4|\|u1)', 'fortran_order': False, 'shape': \(([0-9, ]{0,64})\), \} *\n$/;
 const START = MAGIC.length + 2;
-const TYPES = { "<f4": Float32Array, "<f8": Float64Array, "<u4": Uint32Array };
+const TYPES = { "<f4": Float32Array, "<f8": Float64Array, "<u4": Uint32Array, "|u1": Uint8Array };
 
 /** An array as { shape, data }; nothing is allocated before the header fits the data. */
 export function readNpy(bytes, where, type, limits = LIMITS) {
@@ -47,7 +47,7 @@ function contents(bytes, where, type, stored, stated) {
     fail("PLX_NPY_SIZE", where, { size: bytes.length, expected });
   }
   const data = typed(Kind, bytes);
-  if (type !== "<u4" && !data.every(Number.isFinite)) {
+  if (type.includes("f") && !data.every(Number.isFinite)) {
     fail("PLX_NPY_NON_FINITE", where);
   }
   return { shape: stated.map(Number), data };

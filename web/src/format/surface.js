@@ -1,5 +1,6 @@
 // The exit surface (plux.md, S1 to S5).
 
+import { FINISH_MEMBER, requireFinishes } from "./finishes.js";
 import { fail, issue } from "./issues.js";
 import { readNpy, requireShape } from "./npy.js";
 import { LIMITS, SURFACE } from "./tables.js";
@@ -12,7 +13,7 @@ export const SURFACE_MEMBERS = {
 const [POSITIONS, TRIANGLES, FLUX] = Object.values(SURFACE_MEMBERS).map(([member]) => member);
 
 /** Reads a surface: flat arrays `positions` and `triangle_flux`, and indices `triangles`. */
-export function readSurface(read, limits = LIMITS) {
+export function readSurface(read, limits = LIMITS, finishes = 0) {
   const arrays = {};
   for (const [field, [member, type]] of Object.entries(SURFACE_MEMBERS)) {
     arrays[field] = readNpy(read(member), member, type, limits);
@@ -21,7 +22,11 @@ export function readSurface(read, limits = LIMITS) {
   requireShape(positions, POSITIONS, [null, 3]);
   requireShape(triangles, TRIANGLES, [null, 3]);
   requireShape(flux, FLUX, [triangles.shape[0], 3]);
+  const finish = finishes ? readNpy(read(FINISH_MEMBER), FINISH_MEMBER, "|u1", limits) : null;
   requireIndices(triangles, positions.shape[0]);
+  if (finish) {
+    requireFinishes(finish, triangles.shape[0], finishes);
+  }
   if (flux.data.some((value) => value < 0)) {
     fail("PLX_SURFACE_FLUX", FLUX);
   }

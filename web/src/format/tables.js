@@ -733,6 +733,186 @@ export const SURFACE = {
   "closure": 0.01
 };
 
+export const FINISHES = {
+  "member": "surface/finish.npy",
+  "none": 255,
+  "slack": 1e-06,
+  "least_ior": 1.0,
+  "largest_ior": 4.0,
+  "largest_exponent": 1000000.0
+};
+
+export const TIERS = {
+  "small": 4,
+  "map_cells": 256,
+  "known": {
+    "portable": {
+      "name": "portable",
+      "macs": 5120,
+      "map_macs": 16384,
+      "floats": 16384,
+      "multiple": 16,
+      "constants": 4194304
+    }
+  }
+};
+
+export const VERDICT = {
+  "largest": 1000000000000.0,
+  "signed": [
+    "above",
+    "around",
+    "below",
+    "by_heart",
+    "detail",
+    "haze",
+    "mean",
+    "pattern"
+  ],
+  "groups": {
+    "Verdict": [
+      [
+        "photons",
+        null,
+        false
+      ],
+      [
+        "accurate",
+        "Mode",
+        false
+      ],
+      [
+        "share",
+        "Zones",
+        false
+      ],
+      [
+        "pattern",
+        null,
+        false
+      ],
+      [
+        "fast",
+        "Mode",
+        true
+      ],
+      [
+        "near",
+        "Places",
+        true
+      ],
+      [
+        "look",
+        "Look",
+        true
+      ],
+      [
+        "grain",
+        null,
+        true
+      ],
+      [
+        "by_heart",
+        null,
+        true
+      ]
+    ],
+    "Places": [
+      [
+        "within",
+        null,
+        false
+      ],
+      [
+        "noise",
+        null,
+        false
+      ],
+      [
+        "mean",
+        null,
+        false
+      ]
+    ],
+    "Zones": [
+      [
+        "below",
+        null,
+        false
+      ],
+      [
+        "around",
+        null,
+        false
+      ],
+      [
+        "above",
+        null,
+        false
+      ]
+    ],
+    "Mode": [
+      [
+        "within",
+        null,
+        false
+      ],
+      [
+        "noise",
+        null,
+        false
+      ],
+      [
+        "mean",
+        null,
+        false
+      ],
+      [
+        "pattern",
+        null,
+        false
+      ],
+      [
+        "zones",
+        "Zones",
+        false
+      ]
+    ],
+    "Look": [
+      [
+        "size",
+        null,
+        false
+      ],
+      [
+        "detail",
+        null,
+        false
+      ],
+      [
+        "detail_noise",
+        null,
+        false
+      ],
+      [
+        "haze",
+        null,
+        false
+      ],
+      [
+        "error",
+        null,
+        false
+      ],
+      [
+        "noise",
+        null,
+        false
+      ]
+    ]
+  }
+};
+
 export const LOOSE = 0.2;
 
 export const PROFILE = {

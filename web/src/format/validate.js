@@ -2,13 +2,16 @@
 
 import { asciiText, digest, startsWith, view } from "./bytes.js";
 import { member, scan } from "./container.js";
+import { FINISH_MEMBER } from "./finishes.js";
 import { fail, Findings, FormatError, issue } from "./issues.js";
 import { MANIFEST, readManifest } from "./manifest.js";
 import { inspect } from "./profile.js";
 import { readSurface, SURFACE_MEMBERS, surfaceIssues } from "./surface.js";
-import { KINDS, LIMITS } from "./tables.js";
+import { KINDS, LIMITS, TIERS } from "./tables.js";
+import { tierFault } from "./tiers.js";
 import { layerIssues } from "./usd_layer.js";
 import { compare, largestError, layout, looseness, readVectors } from "./vectors.js";
+import { isVerdict } from "./verdict.js";
 import { BrokenNetwork, evaluate } from "../network/evaluate.js";
 
 const PREVIEW = "preview.png";
@@ -95,6 +98,10 @@ function* manifest(examination) {
   }
   const { read, findings, limits } = examination;
   examination.manifest = readManifest(read(MANIFEST), findings, limits);
+  const stated = examination.manifest?.fidelity.get("verdict");
+  if (stated !== undefined && stated !== null && !isVerdict(stated)) {
+    yield issue("PLX_MANIFEST_VERDICT", `${MANIFEST}/fidelity/verdict`);
+  }
 }
 
 /** The manifest lists every member but itself, with size and digest. */
@@ -137,6 +144,9 @@ function* members(examination) {
   const { entries } = examination;
   const known = new Set([[...entries.keys()][0], MANIFEST, PHOTOMETRY, PREVIEW]);
   Object.values(SURFACE_MEMBERS).forEach(([name]) => known.add(name));
+  if (examination.manifest.finishes.length) {
+    known.add(FINISH_MEMBER);
+  }
   for (const [network] of examination.known) {
     [networkMember(network), ...layout(network).keys()].forEach((name) => known.add(name));
   }
@@ -195,6 +205,23 @@ function* networks(examination) {
       yield issueOf(error);
     }
   }
+  if (!examination.findings.errors.length) {
+    yield* tier(examination);
+  }
+}
+
+/** Every network must keep to the tier that is stated; of other tiers nothing is known. */
+function* tier({ manifest: { tier: stated }, networks: vetted }) {
+  if (stated === null || !Object.hasOwn(TIERS.known, stated)) {
+    return;
+  }
+  for (const [name, found] of vetted) {
+    const fault = tierFault(TIERS.known[stated], found, name);
+    if (fault) {
+      const pair = { stated, actual: `none: ${name} has ${fault}` };
+      yield issue("PLX_MANIFEST_COST_MISMATCH", `${MANIFEST}/tier`, pair);
+    }
+  }
 }
 
 function* network({ networks: vetted, read, limits }, name, info) {
@@ -217,7 +244,8 @@ function* network({ networks: vetted, read, limits }, name, info) {
 }
 
 function* surface(examination) {
-  examination.surface = readSurface(examination.read, examination.limits);
+  const { read, limits, manifest: { finishes } } = examination;
+  examination.surface = readSurface(read, limits, finishes.length);
   yield* surfaceIssues(examination.surface, examination.manifest, examination.limits);
 }
 

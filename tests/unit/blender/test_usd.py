@@ -1,0 +1,137 @@
+"""USD stages that reference lamps, imported by Blender's own importer."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from purelight_format.bundle import Bundle
+from purelight_format.usd import asset_layer
+from tests.support import blender_lamps
+from tests.support.analytic_lamps import RADIUS
+from tests.support.blender_host import Blender
+
+STAGE = """#usda 1.0
+(
+    upAxis = "Y"
+    metersPerUnit = 0.01
+)
+def Xform "World"
+{
+    def "Pendant" ( prepend references = @./lamp.usda@ )
+    {
+        double3 xformOp:translate = (0, 120, 50)
+        float3 xformOp:rotateXYZ = (-90, 0, 0)
+        float3 xformOp:scale = (100, 100, 100)
+        uniform token[] xformOpOrder = ["xformOp:translate", "xformOp:rotateXYZ", "xformOp:scale"]
+        float purelight:dimmer = 0.5
+    }
+    def "Instanced" (
+        prepend references = @./lamp.usda@
+        instanceable = true
+    )
+    {
+        double3 xformOp:translate = (100, 120, 50)
+        float3 xformOp:scale = (100, 100, 100)
+        uniform token[] xformOpOrder = ["xformOp:translate", "xformOp:scale"]
+    }
+    def "Squeezed" ( prepend references = @./lamp.usda@ )
+    {
+        float3 xformOp:scale = (100, 50, 100)
+        uniform token[] xformOpOrder = ["xformOp:scale"]
+    }
+    def Cube "Box"
+    {
+        double size = 40
+    }
+}
+"""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    made = tmp_path_factory.mktemp("stage")
+    path = blender_lamps.glass_ball().write(made / "lamp.plux")
+    write_layer(path)
+    (made / "room.usda").write_text(STAGE)
+    return made
+
+
+def write_layer(path: Path, digest: str = "") -> None:
+    bundle = Bundle.open(path)
+    paths = asset_layer.Paths("./lamp.plux", "./lamp.usda", digest or bundle.digest)
+    text = asset_layer.layer_text(bundle.manifest, bundle.surface(), paths)
+    path.with_name("lamp.usda").write_text(text)
+
+
+def by_name(things: list[dict[str, Any]]) -> dict[str, dict[str, Any]]:
+    return {thing["name"]: thing for thing in things}
+
+
+def test_lamps_stand_where_the_stage_has_them(blender: Blender, folder: Path) -> None:
+    """On a stage of centimetres with Y up; the lamp that is squeezed keeps its stand-in."""
+    _, said, things, counts = blender.run(
+        ("empty", {}), ("usd", {"path": str(folder / "room.usda")}), ("objects", {}),
+        ("counts", {}),
+    )  # fmt: skip
+    assert said == ["FINISHED"]
+    lamps = [thing for thing in things if thing["dimmer"] is not None and thing["type"] == "MESH"]
+    assert len(lamps) == 2
+    assert counts["meshes"] == 2  # One lamp, one box.
+    named = by_name(things)
+    hung = next(thing for thing in lamps if thing["parent"] == "Pendant")
+    expected = [[1, 0, 0, 0], [0, 1, 0, -0.5], [0, 0, 1, 1.2], [0, 0, 0, 1]]
+    assert np.allclose(hung["world"], expected, atol=1e-5)
+    assert hung["dimmer"] == 0.5
+    inner = next(thing for thing in lamps if thing["parent"] is None)
+    assert np.allclose(inner["world"], np.eye(4), atol=1e-5)
+    assert inner["dimmer"] == named["Instanced"]["dimmer"] == 1
+    assert np.allclose(hung["size"], 2 * RADIUS, rtol=0.02)
+    lights = [thing for thing in things if thing["type"] == "LIGHT"]
+    assert [thing["parent"] for thing in lights] == ["Squeezed"]
+    told = [line for line in blender.said() if line.startswith("PureLight: /World/Squeezed")]
+    assert len(told) == 1
+    assert told[0].endswith("its stand-in light is kept")
+
+
+def test_a_lamp_asset_by_itself_is_a_lamp(blender: Blender, folder: Path) -> None:
+    _, _, things = blender.run(
+        ("empty", {}), ("usd", {"path": str(folder / "lamp.usda")}), ("objects", {})
+    )
+    assert [thing["type"] for thing in things if thing["dimmer"] is not None] == ["MESH"]
+    assert not [thing for thing in things if thing["type"] == "LIGHT"]
+
+
+@pytest.mark.parametrize("fault", ["missing", "damaged", "another"])
+def test_a_bundle_at_fault_leaves_its_stand_in(
+    fault: str, blender: Blender, tmp_path: Path
+) -> None:
+    path = blender_lamps.glass_ball().write(tmp_path / "lamp.plux")
+    write_layer(path, "0" * 64 if fault == "another" else "")
+    if fault == "missing":
+        path.unlink()
+    elif fault == "damaged":
+        path.write_bytes(path.read_bytes()[:-100])
+    _, said, things = blender.run(
+        ("empty", {}), ("usd", {"path": str(tmp_path / "lamp.usda")}), ("objects", {})
+    )
+    assert said == ["FINISHED"]
+    assert [thing["type"] for thing in things if thing["type"] != "EMPTY"] == ["LIGHT"]
+    words = {"missing": "cannot be found", "damaged": "PLX_ZIP", "another": "not the bundle"}
+    (told,) = (line for line in blender.said() if line.startswith("PureLight: "))
+    assert words[fault] in told
+    assert told.endswith("its stand-in light is kept")
+
+
+def test_stages_without_lamps_are_none_of_our_business(blender: Blender, tmp_path: Path) -> None:
+    text = '#usda 1.0\ndef Cube "Box"\n{\n}\n'
+    (tmp_path / "box.usda").write_text(text)
+    _, said, things = blender.run(
+        ("empty", {}), ("usd", {"path": str(tmp_path / "box.usda")}), ("objects", {})
+    )
+    assert said == ["FINISHED"]
+    assert [thing["type"] for thing in things] == ["MESH"]
+    assert not [line for line in blender.said() if "PureLight" in line]
