@@ -136,15 +136,26 @@ def bowl() -> lamps.Lamp:
     surface = ball.surface
     middle = surface.positions[surface.triangles].mean(1)
     half = middle[:, 2] < lamps.CENTRE[2] + 0.3 * lamps.RADIUS
-    networks = {"appearance": lamps.black(), "transparency": lamps.transparency((1.0, 1.0, 1.0))}
+    networks = ball.networks | {
+        "appearance": lamps.black(), "transparency": lamps.transparency((1.0, 1.0, 1.0)),
+    }  # fmt: skip
     cut = type(surface)(surface.positions, surface.triangles[half], 0 * surface.triangle_flux[half])
     return lamps.Lamp(cut, networks, np.zeros(3))
 
 
+FURNACES = [(finish, "accurate", "fused") for finish in (MATT, WHITE_METAL, MIRROR, CHALK, GLASS)]
+FURNACES += [
+    (finish, mode, engine)
+    for finish in (FROST, SHELL) for mode in ("accurate", "fast") for engine in ENGINES
+]  # fmt: skip
+
+
 @pytest.mark.parametrize(
-    "finish", [MATT, WHITE_METAL, MIRROR, CHALK, GLASS, FROST, SHELL], ids=lambda f: f.name
+    ("finish", "mode", "engine"), FURNACES, ids=lambda x: x if isinstance(x, str) else x.name
 )
-def test_a_white_furnace_stays_white_at_most(finish: Finish, tmp_path: Path) -> None:
+def test_a_white_furnace_stays_white_at_most(
+    finish: Finish, mode: str, engine: str, tmp_path: Path
+) -> None:
     path = finished_lamps.finished(bowl(), finish).write(tmp_path / "bowl.plux")
     film = {"type": "hdrfilm", "width": 16, "height": 16, "rfilter": {"type": "box"}}
     centre = np.array(lamps.CENTRE)
@@ -155,7 +166,9 @@ def test_a_white_furnace_stays_white_at_most(finish: Finish, tmp_path: Path) -> 
         "type": "scene", "sensor": sensor, "sky": white,
         "lamp": {"type": "purelight", "filename": str(path)},
     })  # fmt: skip
-    integrator = mi.load_dict({"type": "purelight", "rr_depth": 1000, "max_depth": 64})
+    integrator = mi.load_dict({
+        "type": "purelight", "mode": mode, "engine": engine, "rr_depth": 1000, "max_depth": 64,
+    })  # fmt: skip
     images = [
         np.array(mi.render(scene, integrator=integrator, spp=16, seed=k), np.float64)
         for k in range(PASSES)

@@ -23,12 +23,14 @@ function readFinish(reader) {
     opacity: reader.within("opacity", 0, 1, 1),
     thin_walled: reader.flag("thin_walled", false),
     smooth: reader.flag("smooth", false),
-    diffuse_transmission: reader.color("diffuse_transmission", BLACK),
     spread: reader.within("spread", 0, 1, 0),
-    spread_exponent: reader.within("spread_exponent", 0, FINISHES.largest_exponent, 1),
+    scattered_ahead: reader.color("scattered_ahead", BLACK),
+    ahead_exponent: reader.within("ahead_exponent", 0, FINISHES.largest_exponent, 1),
+    scattered_back: reader.color("scattered_back", BLACK),
+    back_exponent: reader.within("back_exponent", 0, FINISHES.largest_exponent, 0),
   };
   const total = Math.max(...finish.base_color.map((value, k) =>
-    value * (1 - finish.metalness) + finish.diffuse_transmission[k]));
+    value * (1 - finish.metalness) + finish.scattered_ahead[k] + finish.scattered_back[k]));
   if (total > 1 + FINISHES.slack) {
     reader.add("PLX_MANIFEST_FINISH_ENERGY", "base_color", { total });
   }
