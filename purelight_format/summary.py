@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from textwrap import wrap
 from typing import Any
 
@@ -13,6 +13,7 @@ from purelight_format.color import lumens
 from purelight_format.issues import plain
 from purelight_format.members import manifest
 from purelight_format.members.fidelity import fidelity_words
+from purelight_format.members.finishes import Finish
 from purelight_format.networks.kinds import KINDS
 from purelight_format.networks.tiers import TIERS
 from purelight_format.srgb import encode
@@ -23,6 +24,8 @@ ABILITIES = {name: kind.ability for name, kind in KINDS.items() if kind.ability}
 WIDTH = 14
 FOLD = 100
 LONGEST = 9  # Lines for each open-ended table, so that all fits on one screen.
+MOST_FINISHES = 6  # In its line.
+METAL = 0.5
 
 
 def summary_json(bundle: Bundle) -> dict[str, Any]:
@@ -69,7 +72,27 @@ def _lamp(bundle: Bundle) -> list[str]:
         _line("radiance", f"{about.radiance_scale:.4g} W/(m2 sr) in the mean; trained to "
                           f"{about.r_max:g} radii ({_length(about.r_max * sphere.radius)}) away"),
         _line("exit surface", f"{len(surface.triangles):,} triangles, {_area(area)}"),
+        *_finishes(about.finishes),
     ]  # fmt: skip
+
+
+def _finishes(finishes: Sequence[Finish]) -> list[str]:
+    """Of what the lamp is made, in the light of a room; names come from its maker."""
+    words = dict.fromkeys(f"{plain(f.name, 40)} ({_kind(f)})" for f in finishes if _answers(f))
+    told, more = list(words)[:MOST_FINISHES], len(words) - MOST_FINISHES
+    text = ", ".join(told) + (f" and {more} more" if more > 0 else "")
+    return [_line("finishes", text)] if told else []
+
+
+def _answers(finish: Finish) -> bool:
+    """Whether any light comes back from it, or goes on."""
+    return not finish.opaque or finish.ior > 1 or max(finish.base_color) > 0
+
+
+def _kind(finish: Finish) -> str:
+    if not finish.opaque:
+        return "thin glass" if finish.thin_walled else "glass"
+    return "metal" if finish.metalness > METAL else "opaque"
 
 
 def _color(about: manifest.Manifest) -> str:

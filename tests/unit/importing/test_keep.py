@@ -158,6 +158,7 @@ def test_from_keep_to_export(
 
     from purelight_export.cli import main as export
     from purelight_format.bundle import Bundle
+    from purelight_format.summary import summary_text
 
     run, bundle = tmp_path / "run", tmp_path / "pendant.plux"
     assert train(str(scene), "--output", str(run), "--keep", "auto") == 0
@@ -165,6 +166,7 @@ def test_from_keep_to_export(
     assert export([str(run), "--output", str(bundle)]) == 0
     assert "pendant.kept.xml" in capfd.readouterr().out
     assert Bundle.open(bundle).manifest.bounding_sphere.radius < 0.1
+    assert "finishes      ball (opaque), ring (metal)" in summary_text(Bundle.open(bundle))
     stage = Usd.Stage.Open(str(bundle.with_suffix(".usda")))
     scope = stage.GetDefaultPrim().GetPath().AppendChild("kept")
     assert stage.GetPrimAtPath(scope).GetChildren()
