@@ -166,7 +166,9 @@ def test_from_keep_to_export(
     assert export([str(run), "--output", str(bundle)]) == 0
     assert "pendant.kept.xml" in capfd.readouterr().out
     assert Bundle.open(bundle).manifest.bounding_sphere.radius < 0.1
-    assert "finishes      ball (opaque), ring (metal)" in summary_text(Bundle.open(bundle))
+    assert "finishes      ball_material (opaque), ring_material (metal)" in summary_text(
+        Bundle.open(bundle)
+    )
     stage = Usd.Stage.Open(str(bundle.with_suffix(".usda")))
     scope = stage.GetDefaultPrim().GetPath().AppendChild("kept")
     assert stage.GetPrimAtPath(scope).GetChildren()
