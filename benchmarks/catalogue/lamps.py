@@ -44,10 +44,6 @@ def _ball(inside: str = GLOW, radius: str = "0.05") -> str:
     )
 
 
-def _file_shape(name: str) -> str:
-    return f'<shape type="ply"><string name="filename" value="{name}"/>{GLOW}</shape>'
-
-
 BROKEN: dict[str, Callable[[Path], object]] = {
     "no-xml": _file("lamp.xml", b"this is no scene"),
     "empty-file": _file("lamp.xml", b""),

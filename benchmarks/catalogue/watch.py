@@ -11,6 +11,8 @@ from pathlib import Path
 
 import psutil
 
+from benchmarks.zoo.runner import resident
+
 POLL = 0.5  # seconds
 
 
@@ -37,25 +39,18 @@ def catalogue(words: Sequence[str], log: Path) -> subprocess.Popen[bytes]:
 
 def watch(process: subprocess.Popen[bytes], each: Callable[[], None] = lambda: None) -> Watched:
     """Wait for a process, and call `each` every half second."""
-    begun, most = time.monotonic(), 0
+    begun, most = time.monotonic(), 0.0
     while process.poll() is None:
-        most = max(most, resident(process.pid))
+        most = max(most, _together(process.pid))
         each()
         time.sleep(POLL)
     return Watched(process.returncode, time.monotonic() - begun, most / 2**30)
 
 
-def resident(pid: int) -> int:
+def _together(pid: int) -> float:
     """Bytes that a process and its descendants have in memory; pages shared count for each."""
-    total = 0
     try:
         root = psutil.Process(pid)
-        family = [root, *root.children(recursive=True)]
+        return sum(resident(one.pid) for one in (root, *root.children(recursive=True)))
     except psutil.Error:
-        return 0
-    for one in family:
-        try:
-            total += one.memory_info().rss
-        except psutil.Error:
-            continue
-    return total
+        return 0.0

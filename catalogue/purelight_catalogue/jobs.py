@@ -6,7 +6,6 @@ import hashlib
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 from purelight_catalogue.entries import Entry
@@ -125,8 +124,3 @@ def check_presets(entries: Sequence[Entry], settings: Settings) -> list[str]:
     """Presets that nobody knows, each once."""
     named = {entry.options.get("preset", (settings.preset,))[0] for entry in entries}
     return sorted(named - set(PRESETS))
-
-
-def lamp_files(jobs: Sequence[Job]) -> list[Path]:
-    """The files that the jobs begin with."""
-    return [Path(job.arguments["file"]) for job in jobs if "file" in job.arguments]

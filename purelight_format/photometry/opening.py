@@ -68,12 +68,6 @@ class Opening:
         shape = BALL if flat_round and height < 0 else DRUM if flat_round else BOX
         return Opening(along, across, (up,) * 4, shape)
 
-    def to_ies(self) -> tuple[float, float, float]:
-        """Width, length and height of an LM-63 file in metres."""
-        round_below = -1.0 if self.shape in (BALL, DRUM) else 1.0
-        up = max(self.heights) * (-1.0 if self.shape == BALL else 1.0)
-        return round_below * self.length, round_below * self.width, up
-
     def to_eulumdat(self) -> tuple[float, float, tuple[float, float, float, float]]:
         """Length, width (0 for what is round) and heights in metres.
 

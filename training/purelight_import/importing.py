@@ -16,6 +16,7 @@ from purelight_format.errors import PureLightError
 from purelight_import import formats
 from purelight_import.model.frame import UNITS, Frame, guess_unit, unit
 from purelight_import.model.lamp import Lamp, Part
+from purelight_import.model.names import tidy
 from purelight_import.options import AUTO, Options
 from purelight_import.parts import emitters
 from purelight_import.parts.choice import LISTED, Named, chosen
@@ -24,7 +25,6 @@ from purelight_import.parts.glass import settled
 from purelight_import.parts.merging import merged
 from purelight_import.parts.points import with_size
 from purelight_import.parts.room_parts import room_lines
-from purelight_import.read.build import tidy
 from purelight_import.write import folder as folders
 from purelight_import.write import table
 from purelight_import.write.scene import write_scene

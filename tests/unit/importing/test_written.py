@@ -137,3 +137,13 @@ def test_materials_are_shared_and_flat_where_they_emit(tmp_path: Path) -> None:
     assert flags[1] is not None
     assert b"property float nx" in (tmp_path / "meshes" / "A.ply").read_bytes()
     assert b"property float nx" not in (tmp_path / "meshes" / "B.ply").read_bytes()
+
+
+@pytest.mark.parametrize("names", [("Glass", "Led"), ("Led", "Glass"), ("glass", "Glass_bsdf")])
+def test_parts_may_be_called_as_materials_are(names: tuple[str, str], tmp_path: Path) -> None:
+    """Mitsuba takes each identifier once, whichever part is written first."""
+    parts = [Part(name, SQUARE, replace(GLASS)) for name in names]
+    write_scene(tmp_path / "lamp.xml", Lamp("lamp", tuple(parts)), parts, "test")
+    root = ET.parse(tmp_path / "lamp.xml").getroot()
+    identifiers = [element.get("id", "").lower() for element in root]
+    assert len(set(identifiers)) == len(identifiers) == 4

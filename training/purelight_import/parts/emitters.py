@@ -11,7 +11,7 @@ import numpy as np
 
 from purelight_format.color import LUMENS_PER_WATT, LUMINANCE, lumens
 from purelight_format.errors import PureLightError
-from purelight_import.model.color import KELVIN, black_body, watts
+from purelight_import.model.color import KELVIN, black_body
 from purelight_import.model.lamp import Lamp, Part
 from purelight_import.model.material import RGB, WHITE, Color
 from purelight_import.model.picture import Picture
@@ -206,12 +206,6 @@ def times(color: Color, factor: float) -> Color:
     if isinstance(color, Picture):
         return color.times(factor)
     return color[0] * factor, color[1] * factor, color[2] * factor
-
-
-def radiance_of(amount: float, area: float, color: RGB = WHITE) -> RGB:
-    """Radiance of an even surface of an area in m² that gives so many lumens."""
-    r, g, b = (c / (math.pi * area) for c in watts(amount, color))
-    return r, g, b
 
 
 def _nothing(lamp: Lamp) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass, field
 
 from purelight_format.errors import PureLightError
@@ -11,6 +10,7 @@ from purelight_import.model import limits
 from purelight_import.model.lamp import Part, PointLight
 from purelight_import.model.material import Color, Material, Verbatim
 from purelight_import.model.mesh import Mesh
+from purelight_import.model.names import Names, tidy
 from purelight_import.model.notes import Notes
 
 
@@ -23,19 +23,11 @@ class Builder:
     room: list[str] = field(default_factory=list)
     notes: Notes = field(default_factory=Notes)
     triangles: int = 0
-    taken: set[str] = field(default_factory=set)
-    counts: dict[str, int] = field(default_factory=dict)
+    names: Names = field(default_factory=Names)
 
     def name(self, wanted: str, fallback: str = "part") -> str:
         """A name that no part has yet, of at most `limits.NAME` characters."""
-        base = tidy(wanted) or fallback
-        name, count = base, self.counts.get(base.lower(), 1)
-        while name.lower() in self.taken:
-            count += 1
-            name = f"{base}_{count}"
-        self.counts[base.lower()] = count
-        self.taken.add(name.lower())
-        return name
+        return self.names.fresh(tidy(wanted) or fallback)
 
     def add(
         self, wanted: str, mesh: Mesh, material: Material | Verbatim, path: tuple[str, ...],
@@ -78,9 +70,3 @@ class Builder:
             raise PureLightError(
                 f"more than {limits.TRIANGLES:,} triangles; a lamp needs far fewer: decimate it"
             )
-
-
-def tidy(name: str) -> str:
-    """A name that files and XML can have, as near to the given one as can be."""
-    plain_name = "".join(c if c.isprintable() else " " for c in name)
-    return re.sub(r'[\s/\\:*?"<>|&\']+', "_", plain_name.strip())[: limits.NAME].strip("._")

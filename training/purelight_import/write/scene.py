@@ -13,9 +13,9 @@ from purelight_format.color import lumens
 from purelight_import.model.lamp import Lamp, Part
 from purelight_import.model.material import Verbatim
 from purelight_import.model.mesh import Mesh
+from purelight_import.model.names import Names, tidy
 from purelight_import.model.picture import Picture
 from purelight_import.parts.emitters import flux
-from purelight_import.read.build import tidy
 from purelight_import.write import bsdf, xml
 from purelight_import.write.textures import Textures
 
@@ -33,7 +33,7 @@ def write_scene(path: Path, lamp: Lamp, parts: Sequence[Part], source: str) -> N
     """
     root = ET.Element("scene", version=VERSION)
     root.append(xml.comment(f"{lamp.name}, by purelight-import from {source}; {WORDS}"))
-    writer = _Writer(path.parent)
+    writer = _Writer(path.parent, {part.name.lower() for part in parts})
     shapes = [writer.shape(part) for part in parts]
     root.extend(writer.shared)
     for comment, shape in shapes:
@@ -45,15 +45,22 @@ def write_scene(path: Path, lamp: Lamp, parts: Sequence[Part], source: str) -> N
 
 @dataclass
 class _Writer:
-    """Writes parts; materials that several share are written once."""
+    """Writes parts; materials that several share are written once.
+
+    Arguments:
+        parts: names of all parts, in lower case: the identifiers of the shapes.
+    """
 
     folder: Path
+    parts: set[str]
     textures: Textures = field(init=False)
     shared: list[ET.Element] = field(default_factory=list)
     made: dict[tuple[int, bool], list[ET.Element]] = field(default_factory=dict)
-    names: set[str] = field(default_factory=set)
+    files: Names = field(default_factory=Names)
+    materials: Names = field(init=False)
 
     def __post_init__(self) -> None:
+        self.materials = Names(set(self.parts))
         self.textures = Textures(self.folder)
         (self.folder / MESHES).mkdir(exist_ok=True)
 
@@ -78,13 +85,7 @@ class _Writer:
         return xml.comment(f"{part.name}: {about}"), shape
 
     def _name(self, wanted: str) -> str:
-        base = tidy(wanted) or "part"
-        name, count = base, 1
-        while name.lower() in self.names:
-            count += 1
-            name = f"{base}_{count}"
-        self.names.add(name.lower())
-        return name
+        return self.files.fresh(tidy(wanted) or "part")
 
     def _material(self, part: Part) -> list[ET.Element]:
         """References to a part's material and medium."""
@@ -115,13 +116,7 @@ class _Writer:
         return ET.Element("ref", {"id": identifier} | ({"name": named} if medium and named else {}))
 
     def _unique(self, base: str) -> str:
-        taken = {e.get("id") for e in self.shared}
-        name, count = f"{base}_bsdf" if base in self.names else base, 1
-        first = name
-        while name in taken:
-            count += 1
-            name = f"{first}_{count}"
-        return name
+        return self.materials.fresh(f"{base}_bsdf" if base.lower() in self.parts else base)
 
 
 def write_ply(path: Path, mesh: Mesh, *, flat: bool) -> None:

@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from purelight_format.errors import PureLightError
+from purelight_import.model.names import Names, tidy
 from purelight_import.model.picture import Picture
-from purelight_import.read.build import tidy
 from purelight_import.write import xml
 from purelight_onnx.picture import write_exr
 
@@ -28,7 +28,7 @@ class Textures:
 
     folder: Path
     written: dict[int, tuple[str, Picture]] = field(default_factory=dict)
-    names: set[str] = field(default_factory=set)
+    names: Names = field(default_factory=Names)
 
     def element(self, picture: Picture, name: str, *, radiance: bool = False) -> ET.Element:
         """A texture of a parameter; radiance keeps values above one."""
@@ -80,10 +80,4 @@ class Textures:
 
     def _name(self, wanted: str, suffix: str) -> str:
         (self.folder / FOLDER).mkdir(exist_ok=True)
-        base = tidy(wanted) or "texture"
-        name, count = base, 1
-        while name.lower() in self.names:
-            count += 1
-            name = f"{base}_{count}"
-        self.names.add(name.lower())
-        return f"{FOLDER}/{name}{suffix}"
+        return f"{FOLDER}/{self.names.fresh(tidy(wanted) or 'texture')}{suffix}"

@@ -152,45 +152,50 @@ def reflected_of_even(finish: Finish) -> Array:
 def reflected(finish: Finish, cosine: float) -> Array:
     """Part of light that a finish reflects, from one angle to the normal: [3].
 
-    By quadrature over the facets of its specular lobe, and over the hemisphere.
+    By quadrature over the hemisphere, and over the facets of its specular lobe.
     """
     seen = np.array([[np.sqrt(1 - cosine**2), 0.0, cosine]])
-    lambert = replace(finish, roughness=0.0)
-    rows, columns = POINTS
-    u = (np.arange(rows) + 0.5) / rows
-    turn = 2 * np.pi * (np.arange(columns) + 0.5) / columns
+    u, turn = _points()
     z, angle = (a.ravel() for a in np.meshgrid(np.sqrt(u), turn, indexing="ij"))
-    light = _around(z, angle)
-    total = _sum(lambert, seen, light, z / np.pi)
-    total += answer(lambert, _up(1), seen, seen, np.zeros((1, 3))).mirrored[0]
+    diffuse = _diffuse(finish, seen, _around(z, angle), z / np.pi)
+    if finish.roughness**2 >= SHARP:
+        return diffuse + _glossy(finish, seen)
+    mirrored = answer(finish, _up(1), seen, seen, np.zeros((1, 3))).mirrored[0]
+    result: Array = diffuse + mirrored
+    return result
+
+
+def _points() -> tuple[Array, Array]:
+    """Places of the quadrature: numbers in [0, 1], and turns in radians."""
+    rows, columns = POINTS
+    return (np.arange(rows) + 0.5) / rows, 2 * np.pi * (np.arange(columns) + 0.5) / columns
+
+
+def _glossy(finish: Finish, seen: Array) -> Array:
+    """Part of light from one direction [1, 3] that goes into a specular lobe: [3]."""
+    u, turn = _points()
     square = finish.roughness**4
-    if finish.roughness**2 < SHARP:
-        return total
-    total -= answer(lambert, _up(1), seen, seen, np.zeros((1, 3))).mirrored[0]
-    tilt, angle = (
-        a.ravel()
-        for a in np.meshgrid(np.sqrt((1 - u) / (1 + (square - 1) * u)), turn, indexing="ij")
-    )
+    cosine = np.sqrt((1 - u) / (1 + (square - 1) * u))
+    tilt, angle = (a.ravel() for a in np.meshgrid(cosine, turn, indexing="ij"))
     facet = _around(tilt, angle)
     between = facet @ seen[0]
     light = 2 * between[:, None] * facet - seen
     density = square / (np.pi * ((square - 1) * tilt**2 + 1) ** 2) * tilt
-    pdf = np.maximum(density / (4 * np.maximum(np.abs(between), 1e-12)), 1e-30)
+    pdf_solid_angle = np.maximum(density / (4 * np.maximum(np.abs(between), 1e-12)), 1e-30)
     bare = replace(finish, base_color=finish.base_color if finish.metalness else (0.0, 0.0, 0.0))
-    glossy = _sum(bare, seen, light, pdf) - (_diffuse(bare, seen, light, pdf))
-    result: Array = total + glossy
-    return result
+    both = _sum(bare, seen, light, pdf_solid_angle)
+    return both - _diffuse(bare, seen, light, pdf_solid_angle)
 
 
-def _diffuse(finish: Finish, seen: Array, light: Array, pdf: Array) -> Array:
-    return _sum(replace(finish, roughness=0.0), seen, light, pdf)
+def _diffuse(finish: Finish, seen: Array, light: Array, pdf_solid_angle: Array) -> Array:
+    return _sum(replace(finish, roughness=0.0), seen, light, pdf_solid_angle)
 
 
-def _sum(finish: Finish, seen: Array, light: Array, pdf: Array) -> Array:
-    """Mean of what is reflected over directions [N, 3] of a density [N]: [3]."""
+def _sum(finish: Finish, seen: Array, light: Array, pdf_solid_angle: Array) -> Array:
+    """Mean of what is reflected over directions [N, 3] that were drawn by a pdf [N]: [3]."""
     many = np.broadcast_to(seen, light.shape)
     value = answer(finish, _up(len(light)), many, light, np.zeros(light.shape)).reflected
-    result: Array = (value / pdf[:, None]).mean(0)
+    result: Array = (value / pdf_solid_angle[:, None]).mean(0)
     return result
 
 

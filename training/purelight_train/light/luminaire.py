@@ -79,9 +79,10 @@ def load_luminaire(path: str | Path, seed: int = 0) -> Luminaire:
     rng = np.random.default_rng([seed, 1])
     surface = _exit_surface(scene, rng)
     _check_size(path, surface)
-    _check_radiance(path, scene)
+    luminaire = Luminaire(path, scene, surface, scene_digest(path), exit_index(scene, surface))
+    _check_radiance(luminaire)
     _check_glass(scene, surface)
-    return Luminaire(path, scene, surface, scene_digest(path), exit_index(scene, surface))
+    return luminaire
 
 
 def _exit_surface(scene: mi.Scene, rng: np.random.Generator) -> ExitSurface:
@@ -183,17 +184,18 @@ def _check_size(path: Path, surface: ExitSurface) -> None:
         )
 
 
-def _check_radiance(path: Path, scene: mi.Scene) -> None:
+def _check_radiance(luminaire: Luminaire) -> None:
     """Refuse emitters that take light away, or whose radiance has no R, G and B."""
+    path = luminaire.path
     try:
-        power = Emission.of(scene, dr.opaque(mi.Float, scene_extent(scene))).power()
+        power = luminaire.emission.power()
     except RuntimeError as error:
         reason = " ".join(str(error).split())[-200:]
         raise PureLightError(
             f"{path}: an emitter has no radiance in R, G and B; give it as <rgb> ({reason})"
         ) from None
     if negative := np.flatnonzero((power < 0).any(1)).tolist():
-        name = scene.emitters()[negative[0]].id()
+        name = luminaire.scene.emitters()[negative[0]].id()
         raise PureLightError(f"{path}: emitter '{name}' has negative radiance; give zero or more")
 
 

@@ -13,7 +13,21 @@ REFLECTION = mi.BSDFFlags.DiffuseReflection | mi.BSDFFlags.GlossyReflection
 BOTH_SIDES = mi.BSDFFlags.FrontSide | mi.BSDFFlags.BackSide
 
 
-class FinishBSDF(mi.BSDF):
+class _EvaluatedWhole(mi.BSDF):
+    """A BSDF whose value and density come from `eval_pdf`."""
+
+    def eval(
+        self, context: Any, si: mi.SurfaceInteraction3f, wo: mi.Vector3f, active: Any = True
+    ) -> mi.Color3f:
+        return self.eval_pdf(context, si, wo, active)[0]
+
+    def pdf(
+        self, context: Any, si: mi.SurfaceInteraction3f, wo: mi.Vector3f, active: Any = True
+    ) -> mi.Float:
+        return self.eval_pdf(context, si, wo, active)[1]
+
+
+class FinishBSDF(_EvaluatedWhole):
     """What reaches a surface and is reflected by it: a specular lobe or mirror, and a diffuse one.
 
     Arguments:
@@ -67,21 +81,11 @@ class FinishBSDF(mi.BSDF):
         sound = active & _same_side(si, wo, front)
         return dr.select(sound, value, 0), dr.select(sound, pdf, 0)
 
-    def eval(
-        self, context: Any, si: mi.SurfaceInteraction3f, wo: mi.Vector3f, active: Any = True
-    ) -> mi.Color3f:
-        return self.eval_pdf(context, si, wo, active)[0]
-
-    def pdf(
-        self, context: Any, si: mi.SurfaceInteraction3f, wo: mi.Vector3f, active: Any = True
-    ) -> mi.Float:
-        return self.eval_pdf(context, si, wo, active)[1]
-
     def to_string(self) -> str:
         return "FinishBSDF[]"
 
 
-class ScatterBSDF(mi.BSDF):
+class ScatterBSDF(_EvaluatedWhole):
     """What leaves a body somewhere else: all of it, in a lobe ahead or back (Eq. 20).
 
     Its mesh has each triangle of the lamps twice: first for what goes ahead.
@@ -131,21 +135,12 @@ class ScatterBSDF(mi.BSDF):
         pdf = dr.select(active, pdf, 0)
         return mi.Color3f(pdf), pdf
 
-    def eval(
-        self, context: Any, si: mi.SurfaceInteraction3f, wo: mi.Vector3f, active: Any = True
-    ) -> mi.Color3f:
-        return self.eval_pdf(context, si, wo, active)[0]
-
-    def pdf(
-        self, context: Any, si: mi.SurfaceInteraction3f, wo: mi.Vector3f, active: Any = True
-    ) -> mi.Float:
-        return self.eval_pdf(context, si, wo, active)[1]
-
     def to_string(self) -> str:
         return "ScatterBSDF[]"
 
 
 def _power_cosine(exponent: mi.Float, cosine: mi.Float) -> mi.Float:
+    """Density per solid angle of a lobe of cos^k about its axis."""
     density = (exponent + 1) * dr.inv_two_pi * dr.maximum(cosine, 1e-30) ** exponent
     return dr.select(cosine > 0, density, 0)
 
