@@ -14,7 +14,7 @@ PLATES = """<scene version="3.0.0">
     <emitter type="area"><rgb name="radiance" value="3,2,0"/></emitter></shape>
   <shape type="rectangle">
     <transform name="to_world"><scale value="0.5"/><rotate x="1" angle="180"/>
-      <translate z="1"/></transform>
+      <translate z="{gap}"/></transform>
     <bsdf type="diffuse"><rgb name="reflectance" value="{reflectance}"/></bsdf></shape>
 </scene>"""
 FORM_FACTOR = 0.19982  # of unit squares face to face, a side apart (Hottel)
@@ -25,9 +25,9 @@ def plates(mitsuba: Any, tmp_path: Any) -> Any:
     """A glowing square and one that hangs over it."""
     from purelight_train.light.luminaire import load_luminaire
 
-    def load(reflectance: float) -> Any:
-        path = tmp_path / f"plates{reflectance}.xml"
-        path.write_text(PLATES.format(reflectance=reflectance))
+    def load(reflectance: float, gap: float = 1.0) -> Any:
+        path = tmp_path / f"plates{reflectance}-{gap}.xml"
+        path.write_text(PLATES.format(reflectance=reflectance, gap=gap))
         return load_luminaire(path)
 
     return load
@@ -156,6 +156,47 @@ def test_points_between_learn_the_light_they_see(plates: Any, mitsuba: Any) -> N
     np.testing.assert_allclose(radiance([0, 0, 0], [0, 0, 1])[:2], [3, 2], rtol=0.1)
     # In the middle the lower square fills 0.2394 of the upper one's view (Howell, C-12)
     np.testing.assert_allclose(radiance([0, 0, 1], [0, 0, -1])[0], 0.8 * 0.2394 * 3, rtol=0.15)
+
+
+def test_thinning_changes_no_ratio(plates: Any, mitsuba: Any) -> None:
+    """Between close squares few rays stay; photons over references are, in any place, as before."""
+    from purelight_train.learning.photon_batches import seen_photons
+    from purelight_train.learning.reference_rays import ReferenceRays
+    from purelight_train.learning.thinning import Thinning
+    from purelight_train.light.exit_records import settle
+    from purelight_train.light.light_tracing import trace_records
+
+    luminaire = plates(0.8, 0.2)
+    surface = luminaire.exit_surface
+    records = trace_records(luminaire.scene, 1, 1, surface=surface)
+    references = ReferenceRays.of(surface, *settle(records, surface))
+    thinning, rng = Thinning(references), np.random.default_rng(0)
+    drawn = references.sample(1 << 19, rng)
+    seen = seen_photons(records, references, records.flux)
+    few, rays = thinning.photons(seen, rng), thinning.rays(drawn, rng)
+    assert len(rays[0]) < 0.9 * len(drawn[0])
+    assert thinning.kept == pytest.approx(len(rays[0]) / len(drawn[0]), rel=5e-3)
+
+    def ratio(photons: Any, references: Any, place: Any) -> float:
+        """Light over what is drawn where `place` says so."""
+        ours, theirs = place(photons), place(references)
+        return float((photons[-1][:, 0] * ours).mean() / theirs.mean())
+
+    def between(rays: Any) -> Any:
+        """Up from the lower square's middle, to the upper one."""
+        position, _, outgoing = rays[:3]
+        middle = (np.abs(position).max(1) < 0.3) & (position[:, 2] < 0.1)
+        return middle & (outgoing[:, 2] > 0.9)
+
+    def aside(rays: Any) -> Any:
+        """Off the upper square's edge, so low that the lower one is missed."""
+        position, _, outgoing = rays[:3]
+        low = (outgoing[:, 2] < 0) & (outgoing[:, 0] > -2 * outgoing[:, 2])
+        return (position[:, 0] > 0.4) & (position[:, 2] > 0.1) & low
+
+    for place in (between, aside):
+        assert ratio(few, rays, place) == pytest.approx(ratio(seen, drawn, place), rel=0.03)
+    assert (thinning.share(*(a[aside(drawn)] for a in drawn[:3])) == 1).all()
 
 
 def test_deep_shade_has_an_inside(mitsuba: Any) -> None:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from purelight_train.learning.reference_rays import ReferenceRays
+from purelight_train.learning.thinning import Thinning
 from purelight_train.light.description import Description
 from purelight_train.light.exit_records import ExitRecords, settle
 from purelight_train.light.light_tracing import BATCH
@@ -81,7 +82,7 @@ class PhotonBatches:
         device: torch.device,
     ) -> None:
         self.luminaire, self.device, self.reference_rays = luminaire, device, reference_rays
-        self.flux = np.array(description.flux)
+        self.flux, self.thinning = np.array(description.flux), Thinning(reference_rays)
         self.photons, self.references = Stream(self._photons), Stream(self._references)
 
     def draw(self, rng: np.random.Generator, size: int) -> tuple[Chunk, Chunk]:
@@ -95,13 +96,16 @@ class PhotonBatches:
 
     def _photons(self, number: int) -> Chunk:
         records = self.luminaire.trace(BATCH, number)
-        columns = seen_photons(records, self.reference_rays, self.flux)
-        rng, count = np.random.default_rng([number, 1]), len(columns[0])
+        rng = np.random.default_rng([number, 1])
+        seen = seen_photons(records, self.reference_rays, self.flux)
+        columns = self.thinning.photons(seen, rng)
+        count = len(columns[0])
         order = np.concatenate([rng.permutation(count) for _ in range(USES)])
         return self._tensors(*(column[order] for column in columns))
 
     def _references(self, number: int) -> Chunk:
-        return self._tensors(*self.reference_rays.sample(RAYS, np.random.default_rng(number)))
+        rng = np.random.default_rng(number)
+        return self._tensors(*self.thinning.rays(self.reference_rays.sample(RAYS, rng), rng))
 
     def _tensors(self, *arrays: Float) -> Chunk:
         return tuple(torch.from_numpy(a).to(self.device) for a in arrays)

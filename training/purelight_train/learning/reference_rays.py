@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from purelight_train.learning.density_tree import DensityTree
-from purelight_train.light.exit_records import ExitRecords
+from purelight_train.light.exit_records import ExitRecords, seen_share
 from purelight_train.light.exit_surface import ExitSurface
 from purelight_train.light.ray_chart import RayChart
 
@@ -49,7 +49,8 @@ class ReferenceRays:
         some = np.random.default_rng(0).permutation(len(records))[:MOST]
         part = records.take(some)
         place = chart.place(part.position, part.normal, part.direction, triangle[some])
-        return ReferenceRays(chart, DensityTree.of(place, part.weight.sum(1, dtype=np.float64)))
+        power = part.weight.sum(1, dtype=np.float64) * seen_share(part.free, surface.sphere.radius)
+        return ReferenceRays(chart, DensityTree.of(place, power))
 
     @property
     def least_ratio(self) -> float:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from purelight_train.light.exit_surface import NEAR, ExitSurface, Hits
 
 Float = NDArray[np.float32]
+LEAST_SEEN = 0.02
 
 
 @dataclass(frozen=True)
@@ -92,6 +93,16 @@ class ExitRecords:
 
 _COUNTS = ("paths", "dropped", "cut", "needles")
 _COLUMNS = tuple(f.name for f in fields(ExitRecords) if f.name not in (*_COUNTS, "counted"))
+
+
+def seen_share(way: Float, radius: float) -> NDArray[np.float64]:
+    """How much rays count that go so far before they meet the lamp again, infinite if they escape.
+
+    Arguments:
+        way: metres, [N].
+        radius: of the bounding sphere, metres.
+    """
+    return np.clip(np.asarray(way, np.float64) / radius, LEAST_SEEN, 1)
 
 
 def settle(records: ExitRecords, surface: ExitSurface) -> tuple[ExitRecords, NDArray[np.int64]]:
