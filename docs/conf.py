@@ -39,6 +39,7 @@ myst_enable_extensions = ["dollarmath", "deflist", "attrs_inline"]
 myst_heading_anchors = 3
 suppress_warnings = ["myst.header"]  # The spec's pages are also read without this site.
 
+TYPE = ":type: "
 SPEC = (
     "measures", "plux", "finishes", "onnx_profile", "usd", "conformance", "EXAMPLE", "ATTACKS",
     "ISSUES", "SECURITY",
@@ -75,9 +76,17 @@ def mathml(self: Any, node: nodes.Element) -> None:
     raise nodes.SkipNode
 
 
+def whole(_app: Any, what: str, _name: str, _of: Any, _options: Any, lines: list[str]) -> None:
+    """Docstrings of properties as they are: napoleon took what is before a colon for a type."""
+    for line in lines:
+        if what == "property" and line.startswith(TYPE):
+            lines[:] = [f"{line[len(TYPE) :]}: {lines[0]}", ""]
+
+
 def setup(app: Any) -> None:
     """Gathers the spec and registers the writer of formulas."""
     gather_spec()
+    app.connect("autodoc-process-docstring", whole, priority=600)  # After napoleon's 500.
     app.add_html_math_renderer("mathml", (mathml, None), (mathml, None))
 
 

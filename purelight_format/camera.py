@@ -30,7 +30,7 @@ class Camera:
 
     Arguments:
         target: [3] the point in the middle of the picture and in focus, in metres.
-        axes: Of `orbit_axes`.
+        axes: Unit vectors [3] to the right, up, and from the target to the camera.
         distance: From the target, in metres.
         half_width: Tangent of half the field of view.
         size: Pixels along each side.
@@ -60,7 +60,9 @@ class Camera:
 
         Arguments:
             azimuth, elevation: Where the camera is, in degrees from +X and above the horizon.
-            distance: From the centre, in radii; lens: radius of the lens, in radii.
+            distance: From the centre, in radii.
+            size: Pixels along each side.
+            lens: Radius of the lens, in radii; zero is a pinhole.
             margin: Of the picture's width over the sphere's.
         """
         if not np.isfinite([azimuth, elevation]).all() or abs(elevation) > 90:
