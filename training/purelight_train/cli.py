@@ -24,7 +24,8 @@ def _parser() -> command.Parser:
     parser.add_argument("luminaire", type=Path, help="Mitsuba 3 scene that holds only a lamp, "
                         "a ray file, or any file that purelight-import reads")  # fmt: skip
     parser.add_argument("--output", type=Path, required=True, metavar="RUN", help="run directory")
-    parser.add_argument("--preset", choices=sorted(PRESETS), default="draft")
+    parser.add_argument("--preset", choices=tuple(PRESETS), default="draft",
+                        help="size and time, from a first look to a GPU's (draft)")  # fmt: skip
     parser.add_argument("--route", choices=("photons", "teacher"), default="photons",
                         help="fit light directly, or distil a teacher as in the paper")  # fmt: skip
     parser.add_argument(
