@@ -40,6 +40,9 @@ def settled(lamp: Lamp, wanted: Mapping[str, str]) -> Lamp:
     glass = [
         i for i, p in enumerate(parts) if isinstance(p.material, Material) and p.material.glass
     ]
+    for pattern in wanted:
+        if not any(matches(pattern, parts[i]) for i in glass):
+            lamp.notes("--glass changes nothing where no part of glass has the name", pattern)
     hulls: dict[int, Hull] = {}
     for i in glass:
         parts[i] = _mended(parts[i], lamp)

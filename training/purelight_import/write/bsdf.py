@@ -185,4 +185,4 @@ def words(material: Material, *, solid: bool) -> str:
         return f"metal, roughness {rough:.2g}"
     if material.specular == 0:
         return "matt"
-    return f"dielectric, roughness {rough:.2g}"
+    return f"plastic, roughness {rough:.2g}"

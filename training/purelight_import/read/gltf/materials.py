@@ -25,6 +25,7 @@ UNTAKEN = {
     KHR + "variants": "of a material's variants the first is taken",
 }
 OPAQUE_LIMIT = 1e-3
+BLENDED = "alpha is taken as holes too small to see, which bend no ray: glass needs transmission"
 
 
 @dataclass(frozen=True)
@@ -158,6 +159,8 @@ class _Reading:
         if mode == "MASK":
             cutoff = float(self.about.get("alphaCutoff", 0.5))
             cover = _cut(cover, cutoff)
+        elif cover != 1.0 and not isinstance(cover, Picture):
+            self.notes(BLENDED, material.name)
         return replace(material, opacity=cover)
 
     def _radiance(self) -> Color | None:
