@@ -50,6 +50,11 @@ def test_files_that_are_named_are_there(page: Path) -> None:
         assert any(path == name or path.endswith(f"/{name}") for path in known), name
 
 
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(DOCS)))
+def test_no_page_waits_for_its_end(page: Path) -> None:
+    assert not re.findall(r"\b(?:FIGURES?|TODO|TBD|FIXME)\b", page.read_text())
+
+
 @pytest.mark.parametrize("name", ["look_and_measure", "train_and_err"])
 def test_notebooks_run(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     bundle = tmp_path / "lamp.plux"
