@@ -25,7 +25,8 @@ def _parser() -> command.Parser:
                         "a ray file, or any file that purelight-import reads")  # fmt: skip
     parser.add_argument("--output", type=Path, required=True, metavar="RUN", help="run directory")
     parser.add_argument("--preset", choices=tuple(PRESETS), default="draft",
-                        help="size and time, from a first look to a GPU's (draft)")  # fmt: skip
+                        help="size of it all: a try, minutes (the default), "
+                             "an hour, a GPU")  # fmt: skip
     parser.add_argument("--route", choices=("photons", "teacher"), default="photons",
                         help="fit light directly, or distil a teacher as in the paper")  # fmt: skip
     parser.add_argument(
