@@ -50,6 +50,7 @@ LAMP = ROOT / "out" / "demo" / "lamp.plux"
 nb_execution_mode = "cache" if LAMP.is_file() else "off"
 nb_execution_timeout = 600
 nb_execution_raise_on_error = True
+nb_output_stderr = "remove"  # Progress, of which every step would be a block.
 os.environ.setdefault("PURELIGHT_LAMP", str(LAMP))
 
 
