@@ -69,6 +69,13 @@ def test_one_surface_around_a_bulb_is_a_shell() -> None:
     assert notes == ""
 
 
+def test_glass_that_is_none_is_said() -> None:
+    bulb = part("Bulb", model.ball(0.01), Material("Glow"))
+    _, notes = settle(part("Globe", model.shell()), bulb, bulb="solid", shade="thin")
+    assert "--glass changes nothing" in notes
+    assert "bulb, shade" in notes
+
+
 def inverted(made: trimesh.Trimesh) -> trimesh.Trimesh:
     copy = made.copy()
     copy.invert()

@@ -168,7 +168,13 @@ def test_textures_of_each_channel(tmp_path: Path) -> None:
 @pytest.mark.parametrize(("mode", "cover"), [("OPAQUE", 1.0), ("BLEND", 0.3), ("MASK", 0.0)])
 def test_coverage_counts_by_its_mode(mode: str, cover: float, tmp_path: Path) -> None:
     factor = {"baseColorFactor": [1, 1, 1, 0.3]}
-    assert material_of(tmp_path, alphaMode=mode, pbrMetallicRoughness=factor).opacity == cover
+    made = square(name="Bulb", alphaMode=mode, pbrMetallicRoughness=factor)
+    lamp = lamp_of(made, tmp_path)
+    (part,) = lamp.parts
+    assert isinstance(part.material, Material)
+    assert part.material.opacity == cover
+    said = any("glass needs transmission" in line for line in lamp.notes.lines())
+    assert said == (mode == "BLEND")
 
 
 @pytest.mark.parametrize("name", ["dispersion", "iridescence"])
