@@ -71,7 +71,7 @@ def add(parser: argparse.ArgumentParser) -> None:
         help="leave dark parts out of the lamp and write them into kept.xml, as geometry of the "
         "room; auto (purelight-train): the opaque ones away from the light")  # fmt: skip
     add("--glass", type=_glass, action="append", default=[], metavar="NAME=solid|thin",
-        help="make glass a body that refracts, or a thin sheet")  # fmt: skip
+        help="make parts a body of glass that refracts, or a thin sheet")  # fmt: skip
     add("--name", help="name of the lamp (default: that of its scene or file)")
 
 

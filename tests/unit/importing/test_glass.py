@@ -9,7 +9,7 @@ import pytest
 import trimesh
 
 from purelight_import.model.lamp import Lamp, Part
-from purelight_import.model.material import Material
+from purelight_import.model.material import Material, Verbatim
 from purelight_import.model.mesh import Mesh
 from purelight_import.parts.glass import settled
 from purelight_import.parts.hull import hull
@@ -69,11 +69,19 @@ def test_one_surface_around_a_bulb_is_a_shell() -> None:
     assert notes == ""
 
 
-def test_glass_that_is_none_is_said() -> None:
-    bulb = part("Bulb", model.ball(0.01), Material("Glow"))
-    _, notes = settle(part("Globe", model.shell()), bulb, bulb="solid", shade="thin")
-    assert "--glass changes nothing" in notes
-    assert "bulb, shade" in notes
+def test_wanted_glass_is_made_of_any_material() -> None:
+    """A globe that its artist drew with alpha; Mitsuba's own materials stay."""
+    drawn = Material("Drawn", (0.9, 1.0, 0.9), 0.5, 0.0, opacity=0.2)
+    own = part("Own", moved(model.ball(0.01), 1), Verbatim("bsdf", ()))
+    found, notes = settle(part("Globe", model.ball(0.05), drawn), own, globe="thin", own="solid")
+    made = found["Globe"].material
+    assert isinstance(made, Material)
+    assert (made.base_color, made.transmission, made.opacity, made.metalness) == (
+        (0.9, 1.0, 0.9), 1.0, 1.0, 0.0,
+    )  # fmt: skip
+    assert not found["Globe"].solid
+    assert "made glass by --glass (Globe)" in notes
+    assert "--glass changes no material that Mitsuba wrote itself (Own)" in notes
 
 
 def inverted(made: trimesh.Trimesh) -> trimesh.Trimesh:

@@ -173,7 +173,7 @@ def test_coverage_counts_by_its_mode(mode: str, cover: float, tmp_path: Path) ->
     (part,) = lamp.parts
     assert isinstance(part.material, Material)
     assert part.material.opacity == cover
-    said = any("glass needs transmission" in line for line in lamp.notes.lines())
+    said = any("makes glass of it" in line for line in lamp.notes.lines())
     assert said == (mode == "BLEND")
 
 

@@ -34,15 +34,13 @@ def settled(lamp: Lamp, wanted: Mapping[str, str]) -> Lamp:
     """The lamp with each part of glass made a body or a sheet, and bodies turned right.
 
     Arguments:
-        wanted: by pattern of names, `solid` or `thin`, which overrule what the file says.
+        wanted: by pattern of names, `solid` or `thin`, which overrule what the file says; parts
+            of another material become glass of their colour.
     """
-    parts = list(lamp.parts)
+    parts = [_as_glass(part, lamp) if _named(part, wanted) else part for part in lamp.parts]
     glass = [
         i for i, p in enumerate(parts) if isinstance(p.material, Material) and p.material.glass
     ]
-    for pattern in wanted:
-        if not any(matches(pattern, parts[i]) for i in glass):
-            lamp.notes("--glass changes nothing where no part of glass has the name", pattern)
     hulls: dict[int, Hull] = {}
     for i in glass:
         parts[i] = _mended(parts[i], lamp)
@@ -52,6 +50,23 @@ def settled(lamp: Lamp, wanted: Mapping[str, str]) -> Lamp:
         kind = _kind(parts[i], hulls[i], others, wanted, lamp)
         parts[i] = replace(parts[i], solid=kind == SOLID)
     return replace(lamp, parts=tuple(_turned(parts, hulls, lamp)))
+
+
+def _named(part: Part, wanted: Mapping[str, str]) -> bool:
+    return any(matches(pattern, part) for pattern in wanted)
+
+
+def _as_glass(part: Part, lamp: Lamp) -> Part:
+    """The part made of glass, as far as its material can be changed."""
+    material = part.material
+    if material.glass:
+        return part
+    if not isinstance(material, Material):
+        lamp.notes("--glass changes no material that Mitsuba wrote itself", part.name)
+        return part
+    lamp.notes("made glass by --glass", part.name)
+    clear = replace(material, metalness=0.0, transmission=1.0, opacity=1.0, attenuation=None)
+    return replace(part, material=clear)
 
 
 def _kind(part: Part, about: Hull, others: Floats, wanted: Mapping[str, str], lamp: Lamp) -> str:

@@ -25,7 +25,10 @@ UNTAKEN = {
     KHR + "variants": "of a material's variants the first is taken",
 }
 OPAQUE_LIMIT = 1e-3
-BLENDED = "alpha is taken as holes too small to see, which bend no ray: glass needs transmission"
+BLENDED = (
+    "alpha is taken as holes too small to see, which bend no ray "
+    "(--glass NAME=solid or thin makes glass of it)"
+)
 
 
 @dataclass(frozen=True)
