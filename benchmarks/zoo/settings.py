@@ -38,7 +38,7 @@ class Settings:
     room_spp: int = 64
     patches: int = 4
     patch_paths: int = 1 << 23
-    patch_spp: int = 1 << 14
+    patch_spp: int = 1 << 17
     sampler_points: int = 10
     map_points: int = 128
 
