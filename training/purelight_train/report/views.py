@@ -14,7 +14,7 @@ from purelight_train.report.difference import shown, shown_scale
 from purelight_train.report.grading import Grade, lamp_grade
 from purelight_train.report.page import Row, Shot
 from purelight_train.truth.metrics import Comparison, Mask
-from purelight_train.truth.picture import Picture, means
+from purelight_train.truth.picture import Image, Picture, means
 from purelight_train.truth.views import field_view
 from purelight_train.verdict.light import ratio
 from purelight_train.verdict.look import BLOCK, View
@@ -54,13 +54,14 @@ class LampViews:
         for name, picture in fields.items():
             figures = _errors(picture, view.truth, mask)
             shots.append(Shot(name, grade.uri(picture.image), figures))
-        shots.append(_difference(grade, view))
+        shots += _differences(grade, view)
         text = (
             f"Through a lens of {100 * view.lens.aperture:.0f} % of its distance, every picture "
             "at the same exposure. The reference is light traced out of the lamp. Errors are over "
             f"the picture's mean radiance, of means over {BLOCK}x{BLOCK} pixels; noise is judged "
-            "from two halves of each picture. The last picture shows by how much the student is "
-            "too bright (warm) or too dark (blue) as shown here, in parts of white."
+            "from two halves of each picture. The map of differences shows by how much the student "
+            "is too bright (warm) or too dark (blue) as shown here, in parts of white; the last "
+            "picture shows how much of that is the reference's noise, on the same scale."
         )
         return Row(title, text if title == TITLES[0] else "", shots)
 
@@ -78,9 +79,17 @@ def _errors(picture: Picture, truth: Picture, mask: Mask) -> dict[str, str]:
     }
 
 
-def _difference(grade: Grade, view: View) -> Shot:
-    student, truth = (p.blocks(BLOCK).image for p in (view.student, view.truth))
-    apart = np.kron(grade.shown(student) - grade.shown(truth), np.ones((BLOCK, BLOCK)))
-    scale = shown_scale(apart)
-    figures = {"mean over the lamp": f"{100 * np.abs(apart[view.mask]).mean():.1f} % of white"}
-    return Shot("Difference", shown(apart, scale), figures, f"{100 * scale:.0f} % of white")
+def _differences(grade: Grade, view: View) -> list[Shot]:
+    """How far the student is from the reference as shown, and the reference from itself."""
+    student, truth = view.student.blocks(BLOCK).image, view.truth.blocks(BLOCK)
+    # The mean of half the light is as far from that of all as that is from the truth
+    maps = {"Difference": (student, truth.image), "Noise in it": (truth.halves[0], truth.image)}
+    apart = {title: grade.shown(a) - grade.shown(b) for title, (a, b) in maps.items()}
+    scale = shown_scale(apart["Difference"])
+    return [_map(title, each, view.mask, scale) for title, each in apart.items()]
+
+
+def _map(title: str, apart: Image, mask: Mask, scale: float) -> Shot:
+    large = np.kron(apart, np.ones((BLOCK, BLOCK)))
+    figures = {"mean over the lamp": f"{100 * np.abs(large[mask]).mean():.1f} % of white"}
+    return Shot(title, shown(large, scale), figures, f"{100 * scale:.0f} % of white")
