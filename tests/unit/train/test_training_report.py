@@ -99,6 +99,28 @@ def test_views_measure_what_they_show(glowing: dict[str, Any]) -> None:
         assert 0 < part[1] <= part[0] + 0.2  # the right student differs by the noise alone
 
 
+def test_a_view_of_the_dark_side_has_no_relative_error(glowing: dict[str, Any]) -> None:
+    """An opaque shade shows no light from above: nothing is divided by that."""
+    from dataclasses import replace
+
+    from purelight_train.report.views import LampViews
+    from purelight_train.truth.picture import Picture
+    from purelight_train.verdict.look import views
+
+    sphere, surface = glowing["description"].sphere, glowing["surface"]
+    seen = views(glowing["scene"], sphere, surface, glowing["radiance"], 1 << 16, 1, 7)
+    black = Picture.exact(np.zeros_like(seen[2].truth.image))
+    stray = Picture.exact(0.05 * seen[2].student.image)
+    seen[2] = replace(seen[2], truth=black, student=stray)
+    with np.errstate(all="raise"):
+        rows = LampViews(glowing["description"], surface, seen).rows()
+    assert "dark from here" in rows[2].shots[0].figures
+    ((name, value),) = rows[2].shots[1].figures.items()
+    assert name.startswith("brightness")
+    assert float(value.split()[0]) == pytest.approx(7.5, abs=1)  # of a mean of two views in three
+    assert "error, noise taken out" in rows[0].shots[1].figures
+
+
 def test_differences_are_shown_with_their_sign_and_never_saturate() -> None:
     from purelight_train.report import difference
 

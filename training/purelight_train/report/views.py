@@ -19,6 +19,7 @@ from purelight_train.truth.views import field_view
 from purelight_train.verdict.light import ratio
 from purelight_train.verdict.look import BLOCK, View
 
+DARK = 0.01  # of the mean of all views: a view that has less is of the lamp's dark side
 TEACHER_SPP = 2  # a teacher is slow to ask
 TITLES = ("From the side", "From below", "From above")
 
@@ -41,18 +42,20 @@ class LampViews:
         """The rows, one a view, all at the same exposure."""
         lit = np.concatenate([view.truth.image[view.mask] for view in self.views])
         grade = lamp_grade(self.description.flux, lit, 93)
-        return [self._row(grade, *each) for each in zip(TITLES, self.views, strict=True)]
+        level = float(lit.mean())
+        return [self._row(grade, level, *each) for each in zip(TITLES, self.views, strict=True)]
 
-    def _row(self, grade: Grade, title: str, view: View) -> Row:
+    def _row(self, grade: Grade, level: float, title: str, view: View) -> Row:
         mask = means(view.mask, BLOCK) > 0.5
         fields = {"Student": view.student}
         if self.teacher is not None:
             rng = np.random.default_rng(4)
             taught, _ = field_view(self.surface, self.teacher, view.lens, TEACHER_SPP, rng)
             fields = {"Teacher": taught, "Student": view.student}
-        shots = [_truth_shot(grade, view.truth, mask)]
+        dark = not float(view.truth.image[view.mask].mean()) > DARK * level
+        shots = [_truth_shot(grade, view.truth, mask, dark=dark)]
         for name, picture in fields.items():
-            figures = _errors(picture, view.truth, mask)
+            figures = _stray(picture, mask, level) if dark else _errors(picture, view.truth, mask)
             shots.append(Shot(name, grade.uri(picture.image), figures))
         shots += _differences(grade, view)
         text = (
@@ -66,9 +69,17 @@ class LampViews:
         return Row(title, text if title == TITLES[0] else "", shots)
 
 
-def _truth_shot(grade: Grade, truth: Picture, mask: Mask) -> Shot:
+def _truth_shot(grade: Grade, truth: Picture, mask: Mask, *, dark: bool) -> Shot:
+    if dark:
+        return Shot("Reference", grade.uri(truth.image), {"dark from here": ""})
     noise = Comparison(truth.blocks(BLOCK), truth.blocks(BLOCK), mask).absolute_noise()
     return Shot("Reference", grade.uri(truth.image), {"own noise": f"{100 * noise:.1f} %"})
+
+
+def _stray(picture: Picture, mask: Mask, level: float) -> dict[str, str]:
+    """What is seen where next to nothing should be, which no error can be relative to."""
+    seen = float(picture.blocks(BLOCK).image[mask].mean()) / max(level, 1e-300)
+    return {"brightness, of all views' mean": f"{100 * seen:.1f} %"}
 
 
 def _errors(picture: Picture, truth: Picture, mask: Mask) -> dict[str, str]:
