@@ -111,7 +111,7 @@ SCATTERED = f"""def PointInstancer "S"
 REFERENCED = "".join(
     f'def "L{k}" ( {more} references = </Asset> )\n{{\n}}\n'
     for k in range(MANY)
-    for more in ("instanceable = true" if k % 2 else "",)
+    for more in ("instanceable = true;" if k % 2 else "",)
 )
 
 
