@@ -7,6 +7,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from purelight_format import summary
 from purelight_format.color import LUMENS_PER_WATT, LUMINANCE
 from purelight_format.issues import CODES, LONGEST
 from purelight_format.limits import LIMITS
@@ -18,9 +19,13 @@ from purelight_format.summary import ABILITIES
 from purelight_format.usd import layer, text
 from purelight_format.usd_schema import SCHEMA
 from purelight_format.validation.validate import LOOSE
-from purelight_format.verdict import figures
+from purelight_format.verdict import figures, words
 
 PATH = Path(__file__).with_name("src") / "format/tables.js"
+BARS = (
+    "good", "fair", "resolved", "kept", "clear", "foggy", "smooth", "alike", "pattern", "zone",
+    "grain", "by_heart",
+)  # fmt: skip
 HEAD = "// Written by `python -m web.tables` from purelight_format; do not edit.\n"
 
 
@@ -51,6 +56,11 @@ def tables() -> dict[str, Any]:
         "VERDICT": {
             "largest": figures.LARGEST, "signed": sorted(figures.SIGNED),
             "groups": {g.__name__: _group(g) for g in (figures.Verdict, *figures.GROUPS)},
+            "bars": {name: getattr(words, name.upper()) for name in BARS},
+            "larger": words.LARGER, "where": words.WHERE,
+        },
+        "SUMMARY": {
+            "fold": summary.FOLD, "finishes": summary.MOST_FINISHES, "metal": summary.METAL,
         },
         "LOOSE": LOOSE,
         "PROFILE": {"ir_version": profile.IR_VERSION, "opset": profile.OPSET, "rows": profile.ROWS},

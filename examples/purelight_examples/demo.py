@@ -73,7 +73,7 @@ class Demo:
                         "lamp.usda"),
             self._stage("reference", "Light tracing the real lamp as the reference",
                         self.reference_seconds, shown | timed, real("reference"),
-                        "room_reference.exr"),
+                        "room_reference.exr", demo_report.HALF),
             self._stage("view", "Looking at the lamp itself", 5, {"size": self.view_size},
                         self._view, "lamp_asset.exr"),
             self._stage("view_reference", "Tracing the real lamp itself",
@@ -133,7 +133,10 @@ class Demo:
             plugin = "path" if same_time else "ptracer"
             seconds = done["accurate"].figures["seconds"] if same_time else self.reference_seconds
             scene = self._room(RealLamp(self.scene, plugin), name)
-            return self._keep(name, rendering.render_for(scene, seconds, name))
+            rendered = rendering.render_for(scene, seconds, name)
+            if not same_time:
+                write_exr(self.folder / demo_report.HALF, rendered.halves[0])
+            return self._keep(name, rendered)
 
         return stage
 

@@ -14,7 +14,7 @@ from purelight_format.members.manifest import Manifest
 from purelight_format.srgb import png
 from purelight_format.verdict.figures import read
 from purelight_format.verdict.words import judge
-from purelight_train.report.difference import shown, shown_scale
+from purelight_train.report.difference import relative, relative_scale, shown
 from purelight_train.report.grading import Grade, exposure, white_balance
 from purelight_train.report.page import Cover, Link, Row, Shot, Table, Wipe, write_page
 from purelight_train.truth.picture import means
@@ -26,8 +26,9 @@ METHODS = {
     "reference": "Reference, light traced",
 }
 DETAIL = (slice(0.55, 0.86), slice(0.42, 0.73))  # rows and columns, as parts of the picture
-BLOCK = 4  # pixels a side, over which errors are shown
+BLOCK = 8  # pixels a side, over which errors are shown
 PAGE = "lamp.html"
+HALF = "room_reference_half.exr"
 OWN_PAGE = Link(
     "Turn it yourself",
     "The lamp, in a page that opens from disk and needs no network:", PAGE, "open the lamp",
@@ -46,7 +47,7 @@ def write(folder: Path, lamp: str, done: dict[str, Record], manifest: Manifest) 
         OWN_PAGE,
         _room_row(grade, room, done),
         _detail_row(grade, room),
-        _error_row(grade, room),
+        _error_row(room, read_exr(folder / HALF)),
         _lamp_row(gains, seen, done),
         _cost_table(done),
         _network_table(manifest, done),
@@ -129,21 +130,33 @@ def crop(image: Image) -> Image:
     return image[rows, columns]
 
 
-def _error_row(grade: Grade, room: dict[str, Image]) -> Row:
-    """Differences as shown, of means over squares of pixels, on one scale."""
-    true = grade.shown(blocks(room["reference"]))
-    apart = {n: grade.shown(blocks(room[n])) - true for n in ("path", "accurate", "fast")}
-    scale = shown_scale(np.stack(list(apart.values())))
-    end = f"{100 * scale:.0f} % of white"
-    shots = [
-        Shot(METHODS[name], shown(np.kron(each, np.ones((BLOCK, BLOCK))), scale), scale=end)
-        for name, each in apart.items()
-    ]
+def _error_row(room: dict[str, Image], half: Image) -> Row:
+    """Relative errors of means over squares of pixels, each map on a scale of its own.
+
+    Arguments:
+        half: the mean of one half of the reference's paths.
+    """
+    true = blocks(room["reference"])
+    maps = {METHODS[n]: relative(blocks(room[n]), true) for n in ("path", "accurate", "fast")}
+    # The mean of half the paths is as far from that of all as that is from the truth
+    maps["The reference's own noise"] = relative(blocks(half), true)
     text = (
-        f"By how much {BLOCK}x{BLOCK} pixels are too bright (warm) or too dark (blue) as shown "
-        "here, in parts of white; the reference's own noise is in it, and noise is grainy."
+        f"By how much {BLOCK}x{BLOCK} pixels are too bright (warm) or too dark (blue), relative to "
+        "the reference. Each map has a scale of its own, which is under it; what lies beyond, one "
+        "in a hundred at most unless the scale ends at 100 %, has the colour of its end. Noise is "
+        "grainy; an error of the lamp would be smooth. The last map is what the others have of it."
     )
-    return Row("Where the error is", text, shots)
+    return Row("Where the error is", text, [_map(title, each) for title, each in maps.items()])
+
+
+def _map(title: str, error: Image) -> Shot:
+    scale = relative_scale(error)
+    figures = {
+        "mean": f"{100 * error.mean():+.1f} %",
+        "mean without sign": f"{100 * np.abs(error).mean():.1f} %",
+    }
+    uri = shown(np.kron(error, np.ones((BLOCK, BLOCK))), scale)
+    return Shot(title, uri, figures, f"{100 * scale:.0f} %")
 
 
 def blocks(image: Image) -> Image:

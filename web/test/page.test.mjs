@@ -286,6 +286,13 @@ test("where there is no WebGL 2 the lamp is described", NEEDS, async () => {
     await open(page, lamp("globe"));
     assert.ok((await page.innerText("#inspect")).includes("Glass globe"));
     assert.ok(await page.isDisabled("#tab-look") && await page.isDisabled("#tab-room"));
+    await open(page, lamp("verdict_0"));
+    const said = await page.locator("#inspect dl p").allInnerTexts();
+    const from = said.indexOf("says its maker:");
+    assert.ok(from >= 0 && /^light in the room within .*\)/.test(said[from + 1]), said[from + 1]);
+    assert.ok(said.slice(from).every((line) => !line.startsWith("%") && !line.startsWith(" ")));
+    await open(page, lamp("tier"));
+    assert.ok((await page.innerText("#inspect")).includes("huge, of which this version knows"));
   }, { patch: () => {
     HTMLCanvasElement.prototype.getContext = () => null;
   } });

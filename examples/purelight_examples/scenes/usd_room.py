@@ -27,7 +27,7 @@ PENDANTS = {
     "Dimmed": ((-0.45, 0.5, 0.5), 1.0, 0.35),
     "Scaled": ((0.45, 0.1, 0.45), 1.6, 1.0),
 }  # Place, size and dimmer.
-ON_WALL = (-0.95, 1.4, 0.35)
+ON_WALL = (0.45, 1.4, 0.3)  # Right of the canvas, in sight of the camera
 BEADS, BEAD_PLACE = 40, (0.25, 0.1, -0.73)
 CUSHIONS = ((-0.8, 1.0, -0.72), (0.05, 1.0, -0.72))
 CUBE = [[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]

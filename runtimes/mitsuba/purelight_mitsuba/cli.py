@@ -77,6 +77,8 @@ def _render(arguments: argparse.Namespace) -> int:
     if arguments.denoise:
         denoise.require(arguments.variant)
     scene = _load(arguments)
+    if arguments.denoise and (line := denoise.against_filter(scene.sensors()[0].film())):
+        command.warn(COMMAND, line)
     if arguments.width is not None:
         passes.resize(scene, arguments.width)
     with warnings.catch_warnings():
@@ -114,7 +116,10 @@ def _load(arguments: argparse.Namespace) -> Any:
 
     if arguments.scene.suffix.lower() not in USD:
         return load_scene(arguments.scene)
-    loaded = load_usd(arguments.scene, view=arguments.camera, frame=arguments.frame)
+    pixel_filter = "box" if arguments.denoise else "gaussian"
+    loaded = load_usd(
+        arguments.scene, view=arguments.camera, frame=arguments.frame, pixel_filter=pixel_filter
+    )
     for note in loaded.notes:
         command.warn(COMMAND, note)
     return loaded.scene

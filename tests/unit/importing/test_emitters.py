@@ -84,6 +84,18 @@ def test_names_of_parts_nodes_and_materials(name: str) -> None:
     assert sum(given(found).values()) == pytest.approx(100)
 
 
+def test_a_name_that_all_parts_share_is_first_that_of_a_part() -> None:
+    """A shop's file: root `lamp`, and of its parts one of the material `lamp`."""
+    bulb, arm = part("Mesh_1", model.ball(0.01)), part("Mesh_2", model.ball(0.02))
+    bulb = replace(bulb, path=("lamp", "Mesh_1"), material=Material("lamp"))
+    arm = replace(arm, path=("lamp", "Mesh_2"), material=Material("White"))
+    found = lamp_lit(lamp(bulb, arm), Options(emitters=("lamp=100lm",)))
+    assert given(found) == pytest.approx({"Mesh_1": 100})
+    arm_only = replace(bulb, material=Material("Black"))
+    both = lamp_lit(lamp(arm_only, arm), Options(emitters=("Lamp=100lm",)))
+    assert sorted(given(both)) == ["Mesh_1", "Mesh_2"]  # the root alone is called so
+
+
 def test_lumens_are_shared_by_what_has_none() -> None:
     found = lamp_lit(lamp(*TWO), Options(emitters=("LED_1=30lm", "LED_2", "Shade"), lumens=100))
     assert given(found)["LED_1"] == pytest.approx(30)

@@ -12,6 +12,8 @@ import pytest
 
 from purelight_mitsuba.cli import main
 from purelight_mitsuba.output import denoise
+from purelight_mitsuba.usd_scene import load_usd
+from tests.support.usd_stages import FLOOR, stage
 
 SIZE = 96
 
@@ -91,6 +93,26 @@ def test_the_command_takes_noise_away(tmp_path: Path) -> None:
     lit = pictures["truth"] > 0.05
     truth, before, after = (pictures[name][lit] for name in ("truth", "noisy", "clean"))
     assert error(after, truth) < 0.5 * error(before, truth)
+
+
+def test_a_filter_that_spreads_noise_is_warned_of(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for name, kind in (("box", "box"), ("soft", "gaussian")):
+        text = ROOM.replace('rfilter type="box"', f'rfilter type="{kind}"')
+        (tmp_path / f"{name}.xml").write_text(text)
+        words = [str(tmp_path / f"{name}.xml"), "--output", str(tmp_path / f"{name}.exr")]
+        assert main([*words, "--spp", "1", "--width", "16", "--denoise"]) == 0
+        lines = [x for x in capsys.readouterr().err.splitlines() if "warning" in x]
+        assert len(lines) == (name == "soft"), lines
+        assert all('<rfilter type="box"/>' in line for line in lines)
+
+
+def test_a_stage_gets_the_filter_that_is_asked_for(tmp_path: Path) -> None:
+    path = stage(tmp_path, FLOOR, 'def SphereLight "Light"\n{\n}\n')
+    for kind in ("box", "gaussian"):
+        film = load_usd(path, pixel_filter=kind).scene.sensors()[0].film()
+        assert film.rfilter().is_box_filter() == (kind == "box")
 
 
 def test_without_the_library_there_is_one_line(

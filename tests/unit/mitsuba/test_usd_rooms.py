@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 from pathlib import Path
 
 import drjit as dr
@@ -10,6 +11,7 @@ import numpy as np
 import pytest
 
 from purelight_format.errors import PureLightError
+from purelight_mitsuba.lamps import luminaire
 from purelight_mitsuba.usd_scene import load_usd, meshes
 from purelight_onnx.picture import write_exr
 from tests.support import analytic_lamps as lamps
@@ -91,16 +93,51 @@ def PointInstancer "S"
     assert len(scene.emitters()) == 3
 
 
-def test_many_references_hold_one_copy_of_the_networks(tmp_path: Path) -> None:
+MANY = 200
+LAMP = """def Xform "{name}" ( {more} apiSchemas = ["PureLightLuminaireAPI"] )
+{{
+    uniform asset purelight:bundle = @./ball.plux@
+}}
+"""
+GRID = ", ".join(f"({k % 20}, {k // 20}, 0)" for k in range(MANY))
+SCATTERED = f"""def PointInstancer "S"
+{{
+    rel prototypes = [</S/Lamp>]
+    int[] protoIndices = [{", ".join(["0"] * MANY)}]
+    point3f[] positions = [{GRID}]
+    {LAMP.format(name="Lamp", more="")}
+}}
+"""
+REFERENCED = "".join(
+    f'def "L{k}" ( {more} references = </Asset> )\n{{\n}}\n'
+    for k in range(MANY)
+    for more in ("instanceable = true;" if k % 2 else "",)
+)
+
+
+@pytest.mark.parametrize("prims", ["apart", "references", "instancer"])
+def test_many_lamps_hold_one_copy_of_the_networks(
+    tmp_path: Path, prims: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(luminaire, "_by_file", {})
     lamps.ball().write(tmp_path / "ball.plux")
-    bundle = "uniform asset purelight:bundle = @./ball.plux@"
-    prims = [
-        f'def Xform "L{k}" ( apiSchemas = ["PureLightLuminaireAPI"] )\n{{\n    {bundle}\n}}\n'
-        for k in range(200)
-    ]
-    emitters = loaded(tmp_path, *prims).scene.emitters()
-    assert len(emitters) == 200
-    assert len({id(e.luminaire) for e in emitters}) == 1
+    text = {
+        "apart": "".join(LAMP.format(name=f"L{k}", more="") for k in range(MANY)),
+        "references": LAMP.format(name="Asset", more="").replace("def", "class", 1) + REFERENCED,
+        "instancer": SCATTERED,
+    }[prims]
+    before = _loaded_lamps()
+    emitters = loaded(tmp_path, text).scene.emitters()
+    assert len(emitters) == MANY
+    copies = _loaded_lamps() - before
+    assert copies == {id(emitters[0].luminaire)}
+    assert all(e.luminaire is emitters[0].luminaire for e in emitters)
+
+
+def _loaded_lamps() -> set[int]:
+    """Identities of all lamps' networks in this process."""
+    gc.collect()
+    return {id(o) for o in gc.get_objects() if isinstance(o, luminaire.Luminaire)}
 
 
 INSTANCES = """

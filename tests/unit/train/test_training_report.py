@@ -82,7 +82,7 @@ def test_views_measure_what_they_show(glowing: dict[str, Any]) -> None:
     rows = LampViews(*lamp, seen, teacher=lambda *q: 1.2 * right(*q)).rows()
     assert [row.heading for row in rows] == ["From the side", "From below", "From above"]
     for row in rows:
-        reference, teacher, student, difference = row.shots
+        reference, teacher, student, difference, noise_map = row.shots
         assert (reference.title, teacher.title, student.title) == (
             "Reference", "Teacher", "Student",
         )  # fmt: skip
@@ -94,6 +94,31 @@ def test_views_measure_what_they_show(glowing: dict[str, Any]) -> None:
         assert pixels(teacher.uri)[64, 64].mean() > pixels(student.uri)[64, 64].mean()
         assert difference.scale.endswith("% of white")
         assert pixels(difference.uri)[64, 64].max() < 130  # next to none: near black
+        assert noise_map.scale == difference.scale
+        part = [float(s.figures["mean over the lamp"].split()[0]) for s in (difference, noise_map)]
+        assert 0 < part[1] <= part[0] + 0.2  # the right student differs by the noise alone
+
+
+def test_a_view_of_the_dark_side_has_no_relative_error(glowing: dict[str, Any]) -> None:
+    """An opaque shade shows no light from above: nothing is divided by that."""
+    from dataclasses import replace
+
+    from purelight_train.report.views import LampViews
+    from purelight_train.truth.picture import Picture
+    from purelight_train.verdict.look import views
+
+    sphere, surface = glowing["description"].sphere, glowing["surface"]
+    seen = views(glowing["scene"], sphere, surface, glowing["radiance"], 1 << 16, 1, 7)
+    black = Picture.exact(np.zeros_like(seen[2].truth.image))
+    stray = Picture.exact(0.05 * seen[2].student.image)
+    seen[2] = replace(seen[2], truth=black, student=stray)
+    with np.errstate(all="raise"):
+        rows = LampViews(glowing["description"], surface, seen).rows()
+    assert "dark from here" in rows[2].shots[0].figures
+    ((name, value),) = rows[2].shots[1].figures.items()
+    assert name.startswith("brightness")
+    assert float(value.split()[0]) == pytest.approx(7.5, abs=1)  # of a mean of two views in three
+    assert "error, noise taken out" in rows[0].shots[1].figures
 
 
 def test_differences_are_shown_with_their_sign_and_never_saturate() -> None:
@@ -110,6 +135,24 @@ def test_differences_are_shown_with_their_sign_and_never_saturate() -> None:
     assert brightness[0] > brightness[1] > brightness[2] < brightness[3] < brightness[4]
     assert difference.shown_scale(np.ones((2, 2))) == 1.0
     assert "linear-gradient" in difference.gradient()
+
+
+def test_relative_errors_have_the_scale_that_they_need() -> None:
+    from purelight_train.report import difference
+
+    truth = np.full((40, 40, 3), 0.01)
+    truth[20:] = 100.0  # an error of dark and of bright parts counts alike
+    image = truth * 1.04
+    error = difference.relative(image, truth)
+    assert error[30, 0] == pytest.approx(0.04, rel=0.02)
+    assert difference.relative_scale(error) == 0.05
+    image[0, 0] = 50.0  # one firefly does not make the map black
+    spiked = difference.relative(image, truth)
+    assert difference.relative_scale(spiked) == 0.05
+    assert pixels(difference.shown(spiked, 0.05))[30, 0, 0] > 180
+    assert difference.relative_scale(np.full((4, 4), -3.0)) == 1.0
+    black = np.zeros((4, 4, 3))
+    assert np.isfinite(difference.relative(black, black)).all()
 
 
 def test_the_verdict_comes_first(tmp_path: Path) -> None:

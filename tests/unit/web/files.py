@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import sys
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ from purelight_export.export import export
 from purelight_format.bundle import Bundle
 from purelight_format.members import container
 from purelight_format.summary import summary_text
+from purelight_format.verdict import figures
 from purelight_onnx import web_page
 from tests.assets import bad, golden_reports
 from tests.support import lamp, untrained
@@ -27,6 +29,12 @@ from tests.unit.web import damage, networks
 
 ROOT = Path(__file__).parents[3]
 MARKUP = "<img src=x onerror=alert(1)>&lt;b&gt;"
+FINISHES = (
+    {"name": "shade"}, {"name": "brass", "metalness": 0.9}, {"name": "globe", "opacity": 0.0},
+    {"name": "pane", "opacity": 0.0, "thin_walled": True}, {"name": "brass", "metalness": 0.8},
+    {"name": "hole", "base_color": [0.0, 0.0, 0.0], "ior": 1.0}, {"name": "cord"},
+    {"name": "ring"}, {"name": "hook"},
+)  # fmt: skip
 LARGE = ("PLX_MEMBER_TOO_LARGE-1", "PLX_NPY_TOO_LARGE-0", "PLX_ONNX_COST-2")  # 17 to 134 MB.
 
 
@@ -67,6 +75,9 @@ def write_good(folder: Path) -> dict[str, str]:
     lamps |= {"markup": bad.edited("name", MARKUP), "large": large_layers()}
     for name, data in lamps.items():
         (folder / f"{name}.plux").write_bytes(data)
+    for name, data in judged().items():
+        (folder / f"{name}.plux").write_bytes(data)
+        lamps[name] = data
     run = untrained.write(folder / "run")
     for name, compact in (("wild", False), ("wild_compact", True)):
         export(run, folder / f"{name}.plux", name=name, compact=compact)
@@ -74,6 +85,51 @@ def write_good(folder: Path) -> dict[str, str]:
     opened = {name: Bundle.open(folder / f"{name}.plux") for name in lamps}
     web_page.write(folder / "own.html", opened["markup"])
     return {name: summary_text(found) for name, found in opened.items()}
+
+
+def judged(count: int = 24) -> dict[str, bytes]:
+    """The good lamp with verdicts of every kind, finishes, and a tier of the future."""
+    rng = np.random.default_rng(20)
+    lamps = {
+        "tier": bad.edited("tier", "huge"),
+        "finished": bad.finished(*({**bad.FINISH, **each} for each in FINISHES)),
+    }
+    for k in range(count):
+        verdict = asdict(some_verdict(rng))
+        made = {"preset": rng.choice(["draft", "standard", "paper", "own"]).item()}
+        made["anchor"] = rng.choice(["none", "straight"]).item()
+
+        def edit(root: dict[str, Any], verdict: Any = verdict, made: Any = made) -> None:
+            root["fidelity"]["verdict"] = verdict
+            root["provenance"] |= made
+
+        lamps[f"verdict_{k}"] = lamp.seal(lamp.good(), edit)
+    return lamps
+
+
+def some_verdict(rng: np.random.Generator) -> figures.Verdict:
+    """Figures from every side of every bar."""
+
+    def part(low: float = 0.004, high: float = 0.8) -> float:
+        return float(np.exp(rng.uniform(np.log(low), np.log(high))))
+
+    def zones(sign: bool) -> figures.Zones:
+        values = [part() * (rng.choice([-1.0, 1.0]) if sign else 1.0) for _ in range(3)]
+        return figures.Zones(*map(float, values))
+
+    def mode() -> figures.Mode:
+        mean = float(rng.normal(0, 0.02))
+        return figures.Mode(part(), part(), mean, float(rng.uniform(-0.1, 1.2)), zones(sign=True))
+
+    seen = figures.Look(1 / 64, float(rng.uniform(-0.1, 1.1)), 0.03, float(rng.normal(0, 0.3)),
+                        part(), part())  # fmt: skip
+    return figures.Verdict(
+        1 << 20, mode(), zones(sign=False), part(), mode() if rng.random() < 0.8 else None,
+        figures.Places(part(), part(), 0.01) if rng.random() < 0.5 else None,
+        seen if rng.random() < 0.8 else None,
+        float(rng.uniform(0, 40)) if rng.random() < 0.7 else None,
+        float(rng.normal(0.05, 0.05)) if rng.random() < 0.5 else None,
+    )  # fmt: skip
 
 
 def large_layers() -> bytes:

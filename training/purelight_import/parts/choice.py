@@ -22,22 +22,36 @@ class Named(Protocol):
 
 def matches(pattern: str, item: Named) -> bool:
     """Whether any name of an item fits a pattern (*, ?, [...]), in letters of either case."""
-    wanted = pattern.lower()
-    return any(name and fnmatchcase(name.lower(), wanted) for name in item.names)
+    return _fits(pattern, item.names)
 
 
 def chosen(pattern: str, items: Sequence[Named], option: str) -> list[Named]:
     """The items that a pattern fits.
 
+    A name that all items have, as that of the file's root, counts only if it fits no other: a
+    material `lamp` below a node `lamp` is that material alone.
+
     Raises:
         PureLightError: there is none; the line names those that there are.
     """
-    found = [item for item in items if matches(pattern, item)]
+    shared = set.intersection(*(set(item.names) for item in items)) if items else set()
+    found = [item for item in items if _fits(pattern, _own(item.names, shared))]
+    found = found or [item for item in items if matches(pattern, item)]
     if not found:
         raise PureLightError(
             f"{option} {pattern}: no part has that name; {listing(pattern, items)}"
         )
     return found
+
+
+def _fits(pattern: str, names: Sequence[str]) -> bool:
+    wanted = pattern.lower()
+    return any(name and fnmatchcase(name.lower(), wanted) for name in names)
+
+
+def _own(names: tuple[str, ...], shared: set[str]) -> list[str]:
+    """Names without those that all items have; a name that stands there twice is an own one too."""
+    return [name for name in names if name not in shared or names.count(name) > 1]
 
 
 def listing(pattern: str, items: Sequence[Named]) -> str:

@@ -20,6 +20,7 @@ from purelight_import.parts.choice import chosen, listing
 EMISSIVE = "emissive"
 LIKELY = re.compile(r"bulb|filament|\bled|led[_\d]|emit|glow|lumin|flame|tube|light", re.IGNORECASE)
 AMOUNT = re.compile(r"([\d.eE+-]+)\s*(klm|lm|w|k)$", re.IGNORECASE)
+ROUNDING = 1e-9  # of the lumens of all emitters is nothing
 SAMPLES = 1 << 14  # of a texture, to know its mean over a part
 GRAMMAR = "give NAME, NAME=806lm, NAME=5W or NAME=806lm,2700K"
 
@@ -168,7 +169,7 @@ def _share(state: list[_State], total: float | None) -> None:
     left = total - sum(s.lumens for s in state if s.fixed)
     if not free:
         _give([s for s in state if s.radiance is not None], total)
-    elif left <= 0:
+    elif left <= ROUNDING * total:
         raise PureLightError(
             f"--lumens {total:g} leaves nothing for the emitters that have none of their own"
         )

@@ -5,8 +5,10 @@ import { fidelityWords } from "./fidelity.js";
 import { Real } from "./json.js";
 import { MANIFEST } from "./manifest.js";
 import { triangleAreas } from "./surface.js";
-import { ABILITIES, LUMENS_PER_WATT, LUMINANCE } from "./tables.js";
+import { ABILITIES, LUMENS_PER_WATT, LUMINANCE, SUMMARY, TIERS } from "./tables.js";
 import { fixed, general, grouped, plain, repr } from "./text.js";
+import { isVerdict } from "./verdict.js";
+import { verdictLines } from "./verdict_words.js";
 
 const WIDTH = 14;
 const LONGEST = 9; // Lines for each open-ended table, so that all fits on one screen.
@@ -18,9 +20,15 @@ export function summary(examination) {
   const size = sizeText(data.length);
   const headline = `${about.name}: a PureLight luminaire, format ${about.format_version}, ${size}`;
   const { said, left } = fidelityWords(about);
+  const judged = isVerdict(left.get("verdict")) ? verdict(left.get("verdict"), about) : [];
+  if (judged.length) {
+    left.delete("verdict");
+  }
   const lines = [
     ...lamp(examination),
     ...networks(about),
+    ...(typeof about.tier === "string" ? [["tier", tier(about.tier)]] : []),
+    ...judged,
     ...table("faithful", [...said, ...flattened("", left)]),
     ...table("made from", [...flattened("", about.provenance)]),
     ["digest", digest(read(MANIFEST))],
@@ -50,7 +58,55 @@ function lamp({ manifest: about, surface }) {
       colorText(about)}`],
     ["radiance", `${general(about.radiance_scale, 4)} W/(m2 sr) in the mean; trained to ${far}`],
     ["exit surface", `${grouped(surface.triangles.length / 3)} triangles, ${areaText(area)}`],
+    ...finishes(about.finishes),
   ];
+}
+
+/** Of what the lamp is made, in the light of a room. */
+function finishes(all) {
+  const words = [...new Set(all.filter(answers).map((f) => `${plain(f.name, 40)} (${kind(f)})`))];
+  const more = words.length - SUMMARY.finishes;
+  const text = words.slice(0, SUMMARY.finishes).join(", ") + (more > 0 ? ` and ${more} more` : "");
+  return words.length ? [["finishes", text]] : [];
+}
+
+/** Whether any light comes back from a finish, or goes on. */
+function answers({ opacity, ior, base_color: color }) {
+  return opacity < 1 || ior > 1 || Math.max(...color) > 0;
+}
+
+function kind({ opacity, thin_walled: thin, metalness }) {
+  return opacity < 1 ? thin ? "thin glass" : "glass" : metalness > SUMMARY.metal ? "metal" : "opaque";
+}
+
+/** A tier, and what it says of the lamp. */
+function tier(name) {
+  if (!Object.hasOwn(TIERS.known, name)) {
+    return `${plain(name, 64)}, of which this version knows nothing`;
+  }
+  const known = TIERS.known[name];
+  return `${known.name}: at most ${grouped(known.macs)} multiply-adds (a map ${
+    grouped(known.map_macs)}), layers of ${known.multiple}; for any GPU`;
+}
+
+/** What its maker found, in words. */
+function verdict(found, { provenance }) {
+  const lines = ["says its maker:", ...verdictLines(found, provenance)];
+  return lines.flatMap(folded).map((text, k) => [k ? "" : "verdict", text]);
+}
+
+/** A line of words as lines that are not too wide, all but the first of them indented. */
+function folded(line) {
+  const lines = [];
+  for (const word of line.split(" ")) {
+    const last = lines.at(-1);
+    if (last !== undefined && last.length + 1 + word.length <= SUMMARY.fold) {
+      lines[lines.length - 1] = `${last} ${word}`;
+    } else {
+      lines.push(lines.length ? `  ${word}` : word);
+    }
+  }
+  return lines;
 }
 
 /** Luminous flux of W per channel. */

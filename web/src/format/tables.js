@@ -910,7 +910,36 @@ export const VERDICT = {
         false
       ]
     ]
+  },
+  "bars": {
+    "good": 0.05,
+    "fair": 0.15,
+    "resolved": 0.5,
+    "kept": 0.8,
+    "clear": 0.26,
+    "foggy": 0.41,
+    "smooth": 0.1,
+    "alike": 1.2,
+    "pattern": 0.05,
+    "zone": 0.03,
+    "grain": 16.0,
+    "by_heart": 0.05
+  },
+  "larger": {
+    "draft": "standard",
+    "standard": "paper"
+  },
+  "where": {
+    "below": "below it",
+    "around": "beside it",
+    "above": "above it"
   }
+};
+
+export const SUMMARY = {
+  "fold": 100,
+  "finishes": 6,
+  "metal": 0.5
 };
 
 export const LOOSE = 0.2;

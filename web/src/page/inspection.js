@@ -32,10 +32,19 @@ function sorted(lines) {
     } else if (title && !inTable) {
       facts.push([title, [text]]);
     } else if (!inTable) {
-      facts.at(-1)[1].push(text);
+      continued(facts.at(-1)[1], text);
     }
   }
   return { facts, networks };
+}
+
+/** Adds a line; what a terminal would indent is the rest of the line before, which folds itself here. */
+function continued(texts, text) {
+  if (text.startsWith("  ")) {
+    texts.push(`${texts.pop()} ${text.trim()}`);
+  } else {
+    texts.push(text);
+  }
 }
 
 function definitions(facts) {

@@ -24,6 +24,19 @@ def require(variant: str) -> None:
         raise PureLightError(f"--denoise needs Open Image Denoise; {INSTALL}")
 
 
+def against_filter(film: mi.Film) -> str:
+    """One line on a film whose filter spreads noise over pixels; empty if it does not.
+
+    The denoiser tells noise from detail by its differing from pixel to pixel.
+    """
+    if film.rfilter().is_box_filter():
+        return ""
+    return (
+        "--denoise: the film's filter spreads each sample over its neighbours, so that noise is "
+        'kept as blotches; give the film <rfilter type="box"/>'
+    )
+
+
 def denoise(image: np.ndarray, seen: Mapping[str, np.ndarray]) -> np.ndarray:
     """A picture without its noise.
 

@@ -19,13 +19,15 @@ TENTHS = 0.1  # Focal length and apertures are in tenths of the stage's unit.
 
 
 def sensor(
-    stage: Any, values: Values, view: str | None, path: Path, note: Callable[[Any, str], None]
-) -> dict[str, Any]:
+    stage: Any, values: Values, view: str | None, path: Path, note: Callable[[Any, str], None],
+    pixel_filter: str,
+) -> dict[str, Any]:  # fmt: skip
     """The chosen camera, or the render settings', or the first of the stage.
 
     Arguments:
         view: Path of the camera's prim, or None.
         path: The stage's file, for errors.
+        pixel_filter: Mitsuba's reconstruction filter, which no stage speaks of.
 
     Raises:
         PureLightError: If there is no such camera.
@@ -49,7 +51,7 @@ def sensor(
         "far_clip": float(far),
         "principal_point_offset_x": values.number(prim, "horizontalApertureOffset", 0) / wide,
         "principal_point_offset_y": -values.number(prim, "verticalApertureOffset", 0) / high,
-        "film": _film(settings, wide / high),
+        "film": _film(settings, wide / high, pixel_filter),
         "sampler": {"type": "independent", "sample_count": SAMPLES},
     }
     stop, distance = (values.number(prim, name, 0.0) for name in ("fStop", "focusDistance"))
@@ -84,12 +86,12 @@ def _to_world(at: np.ndarray) -> Any:
     return mi.ScalarTransform4f(np.ascontiguousarray(rigid(at) @ turn))
 
 
-def _film(settings: Any, aspect: float) -> dict[str, Any]:
+def _film(settings: Any, aspect: float, pixel_filter: str) -> dict[str, Any]:
     """A film with the render settings' resolution, or one of 960 pixels' width."""
     width, height = WIDTH, max(round(WIDTH / aspect), 1)
     if settings and settings.GetResolutionAttr().HasAuthoredValue():
         width, height = (int(n) for n in settings.GetResolutionAttr().Get())
     return {
-        "type": "hdrfilm", "width": width, "height": height, "rfilter": {"type": "gaussian"},
+        "type": "hdrfilm", "width": width, "height": height, "rfilter": {"type": pixel_filter},
         "pixel_format": "rgb", "component_format": "float32",
     }  # fmt: skip

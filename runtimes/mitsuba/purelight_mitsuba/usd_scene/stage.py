@@ -86,7 +86,10 @@ class _Reader:
             yield from lights.light(shown.prim, values, self.note)
 
 
-def load_usd(path: Path, *, view: str | None = None, frame: float | None = None) -> UsdScene:
+def load_usd(
+    path: Path, *, view: str | None = None, frame: float | None = None,
+    pixel_filter: str = "gaussian",
+) -> UsdScene:  # fmt: skip
     """Reads a stage: meshes and solids, UsdPreviewSurface, lights, one camera, and luminaires.
 
     Lengths stay those of the stage. A luminaire is placed by its prim's own transform, so one that
@@ -96,6 +99,7 @@ def load_usd(path: Path, *, view: str | None = None, frame: float | None = None)
         path: A layer that OpenUSD can open.
         view: Path of the camera; the render settings' or else the first by default.
         frame: Time code; the earliest sample of each value by default.
+        pixel_filter: Mitsuba's reconstruction filter; `box` for a denoiser.
 
     Raises:
         PureLightError: If the stage cannot be opened or has no such camera, or a lamp is faulty.
@@ -107,7 +111,9 @@ def load_usd(path: Path, *, view: str | None = None, frame: float | None = None)
     reader = _Reader(Values(time), path)
     for shown in Walk(stage, time, reader.note):
         reader.add(shown)
-    reader.parts["sensor"] = camera.sensor(stage, reader.values, view, path, reader.note)
+    reader.parts["sensor"] = camera.sensor(
+        stage, reader.values, view, path, reader.note, pixel_filter
+    )
     return UsdScene(_load(reader.parts, path), list(reader.notes))
 
 
