@@ -38,7 +38,7 @@ class MitsubaSystem(ABC):
         integrator any that has radiance in W/(m² sr) as its picture.
         """
 
-    def register(self) -> None:
+    def register(self) -> None:  # noqa: B027 - most have none
         """Register plugins of one's own; Mitsuba has its variant, and PureLight's are there."""
 
     def prepare(self, subject: Subject, folder: Path) -> Cost:
