@@ -16,12 +16,13 @@ from benchmarks.systems.tasks import placing
 from benchmarks.systems.tasks.task import SEED, Figures, JudgedTask, ready
 from benchmarks.systems.tasks.truth import Mask, Truth
 from purelight_examples.scenes.lamp_choice import LampChoice
-from purelight_format.camera import MARGIN, Camera
+from purelight_format.camera import Camera
 from purelight_format.measures import BoundingSphere
 from purelight_train.truth.picture import Picture
 
 FINE = 2  # pixels: what is lost by a mean over so many to each side is fine detail
 COVER = 16  # rays a pixel that say whether it sees the lamp
+MARGIN = 1.05  # of a picture over the lamp's sphere, as in `truth.thin_lens`
 
 
 @dataclass(frozen=True)
@@ -68,17 +69,12 @@ class View(JudgedTask):
         return Truth(picture, self._silhouette(lamp, lens), paths, time.perf_counter() - start)
 
     def _thin_lens(self, subject: Subject) -> Any:
-        from purelight_train.truth import thin_lens
+        from purelight_train.truth.thin_lens import ThinLens
 
-        class Lens(thin_lens.ThinLens):
-            """That of `camera`, whose margin is the runtime's and not the training's."""
-
-        lens = Lens(
-            BoundingSphere(subject.centre, subject.radius), self.size, self.azimuth,
-            self.elevation, self.aperture, self.distance,
-        )  # fmt: skip
-        lens.__dict__["camera"] = self.camera(lens.sphere)
-        return lens
+        sphere = BoundingSphere(subject.centre, subject.radius)
+        return ThinLens(
+            sphere, self.size, self.azimuth, self.elevation, self.aperture, self.distance
+        )
 
     def _silhouette(self, lamp: Any, lens: Any) -> Mask:
         """Where at least half of a pixel's rays meet the lamp."""
