@@ -6,12 +6,10 @@ import hashlib
 import inspect
 import io
 import sys
-import time
 from collections.abc import Iterable, Iterator
 from dataclasses import asdict, dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -178,15 +176,16 @@ def traced(task: JudgedTask, subject: Subject, folder: Path, paths: int) -> Iter
 def pairs(frames: Iterator[Frame], limit: float) -> Iterator[tuple[Frame, Frame, bool]]:
     """Each frame after the first with the one before, and whether it is the last.
 
-    A series ends where the next frame, as long as all before together, would pass the limit.
+    A series ends where the next frame, as long as all before together, would pass the limit of
+    seconds of rendering.
     """
-    start, earlier, ready = time.monotonic(), None, None
+    earlier, ready = None, None
     for frame in frames:
         if ready is not None:
             yield (*ready, False)
         ready = (earlier, frame) if earlier is not None else None
         earlier = frame
-        if ready is not None and 2 * (time.monotonic() - start) > limit:
+        if ready is not None and 2 * frame.seconds > limit:
             break
     close = getattr(frames, "close", None)
     if close is not None:
