@@ -130,9 +130,11 @@ class Runner:
             if truth is not None:
                 seen = errors.picture(earlier, frame)
                 figures = plain(errors.measure(subject, task, seen, truth))
+            known = frame.processor is not None and self.threads == 1
+            seconds = frame.processor if known and frame.processor else frame.seconds
             record = Record(
                 subject.name, system.name, task.name, key, self.code, task.kind, frame.samples,
-                frame.seconds, frame.warm_up, frame.megabytes, plain(asdict(cost)), figures,
+                seconds, frame.seconds, frame.warm_up, frame.megabytes, plain(asdict(cost)), figures,
                 self._keep(subject, system, task, frame), last,
             )  # fmt: skip
             self.records.add(record)

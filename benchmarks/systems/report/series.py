@@ -49,11 +49,12 @@ class Results:
 
     def reason(self, lamp: str, system: str, prefixes: Sequence[str]) -> str:
         """Why a system has no picture of such tasks, if it failed."""
-        for record in self.records:
-            if (record.lamp, record.system) == (lamp, system) and record.failed:
-                if record.task.startswith(tuple(prefixes)):
-                    return record.failed
-        return ""
+        found = (
+            r.failed
+            for r in self.records
+            if (r.lamp, r.system) == (lamp, system) and r.task.startswith(tuple(prefixes))
+        )
+        return next((reason for reason in found if reason), "")
 
     def steps(self, lamp: str, system: str, kind: str) -> list[Step]:
         """Errors at each number of samples that all tasks of a kind have."""

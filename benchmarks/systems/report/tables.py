@@ -166,7 +166,7 @@ def rows_csv(records: Sequence[Record]) -> str:
         n for r in records for n, v in r.figures.items() if not isinstance(v, list)
     )
     head = (
-        "lamp", "system", "task", "kind", "samples", "seconds", "warm_up", "memory",
+        "lamp", "system", "task", "kind", "samples", "seconds", "clock", "warm_up", "memory",
         "precompute_seconds", "stored_megabytes",
     )  # fmt: skip
     buffer = io.StringIO()
@@ -176,7 +176,18 @@ def rows_csv(records: Sequence[Record]) -> str:
         if not (r.system or r.failed):
             continue
         cost = [r.cost.get("seconds"), r.cost.get("megabytes")]
-        row = [r.lamp, r.system, r.task, r.kind, r.samples, r.seconds, r.warm_up, r.memory, *cost]
+        row = [
+            r.lamp,
+            r.system,
+            r.task,
+            r.kind,
+            r.samples,
+            r.seconds,
+            r.clock,
+            r.warm_up,
+            r.memory,
+            *cost,
+        ]
         writer.writerow([_short(v) for v in (*row, *(r.figures.get(n) for n in names), r.failed)])
     return buffer.getvalue()
 
