@@ -102,7 +102,7 @@ def _most(pixels: int) -> int:
 
 @dataclass(frozen=True)
 class _Pass:
-    """A rendering, its seconds by the clock and of all processors, and whether kernels were made."""
+    """A rendering, its seconds by the clock and of all processors; whether kernels were made."""
 
     image: Image
     seconds: float

@@ -134,8 +134,8 @@ class Runner:
             seconds = frame.processor if known and frame.processor else frame.seconds
             record = Record(
                 subject.name, system.name, task.name, key, self.code, task.kind, frame.samples,
-                seconds, frame.seconds, frame.warm_up, frame.megabytes, plain(asdict(cost)), figures,
-                self._keep(subject, system, task, frame), last,
+                seconds, frame.seconds, frame.warm_up, frame.megabytes, plain(asdict(cost)),
+                figures, self._keep(subject, system, task, frame), last,
             )  # fmt: skip
             self.records.add(record)
             self._say(*record.series, f"{frame.samples} spp, {frame.seconds:.2f} s", _told(record))
