@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -70,11 +69,6 @@ class Noisy:
             if self.fails == "frames":
                 raise ValueError("out of\nluck")
             yield Frame(LEVEL * self.factor + total / done, done, 0.01 * done, 0.0)
-
-
-def forever() -> Iterator[int]:
-    yield 1
-    time.sleep(600)
 
 
 def record(

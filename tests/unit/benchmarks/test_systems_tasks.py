@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import xml.etree.ElementTree as ET
 from dataclasses import replace
@@ -201,7 +202,7 @@ def test_names_are_names_of_files_and_belong_to_one_task() -> None:
         assert len(set(names)) == len(names)
         assert all(name.replace("_", "").isalnum() for name in names)
         steps = each.samples
-        assert all(b >= 2 * a for a, b in zip(steps, steps[1:], strict=False))
+        assert all(b >= 2 * a for a, b in itertools.pairwise(steps))
     with pytest.raises(PureLightError, match="no scale"):
         scale("huge")
 
