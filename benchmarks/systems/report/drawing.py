@@ -66,9 +66,12 @@ def roughness(results: Results) -> Drawn:
                     axes.errorbar(x, y, error, capsize=2, **look(results, name))
             axes.axhline(0, color="grey", linewidth=1)
             axes.set(
-                xscale="log", yscale=("symlog"), xlabel="roughness of the floor (GGX alpha)",
+                xscale="log", xlabel="roughness of the floor (GGX alpha)",
                 ylabel="bias of radiance, %", title=f"{lamp}: bias against roughness",
             )  # fmt: skip
+            alphas = next(iter(found.values())).figures["alpha"]
+            axes.set_xticks(alphas, [f"{a:g}" for a in alphas])
+            axes.set_xticks([], minor=True)
             axes.set_yscale("symlog", linthresh=10)
 
         if found:
@@ -87,7 +90,7 @@ def memory(results: Results) -> Drawn:
                 if points:
                     axes.plot(*zip(*points, strict=True), **look(results, name))
             axes.set(
-                xscale="log", xlabel="instances", ylabel="peak memory, MB",
+                xscale="log", ylim=(0, None), xlabel="instances", ylabel="peak memory, MB",
                 title=f"{lamp}: memory of instances",
             )  # fmt: skip
 
