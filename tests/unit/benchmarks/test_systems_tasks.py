@@ -21,7 +21,7 @@ from benchmarks.systems.tasks.floor import ALBEDO, Floor, cells, lux
 from benchmarks.systems.tasks.glare import BACKGROUND, Glare, rating, weights
 from benchmarks.systems.tasks.instances import Instances
 from benchmarks.systems.tasks.room import Room
-from benchmarks.systems.tasks.roughness import ALPHAS, Roughness
+from benchmarks.systems.tasks.roughness import ALPHAS, BELOW, Roughness
 from benchmarks.systems.tasks.task import JudgedTask
 from benchmarks.systems.tasks.truth import Truth
 from benchmarks.systems.tasks.views import View, sharpness
@@ -180,8 +180,9 @@ def test_strips_are_those_that_the_camera_sees(ball: Subject) -> None:
     ray, _ = scene.sensors()[0].sample_ray(0, 0.5, at, 0.5)
     hit = scene.ray_intersect(ray)
     x = np.array(hit.p.x).reshape(48, 48) / placing.RADIUS
-    seen = np.array(hit.is_valid()).reshape(48, 48)
-    assert (seen == (strip >= 0)).mean() > 0.98
+    low = np.array(hit.p.z) < -0.99 * BELOW * placing.RADIUS
+    seen = (np.array(hit.is_valid()) & low).reshape(48, 48)
+    assert (seen == task.mask(ball, scene)).mean() > 0.99
     assert np.corrcoef(x[seen & (strip >= 0)], strip[seen & (strip >= 0)])[0, 1] > 0.95
 
 
