@@ -36,13 +36,31 @@ def write(folder: Path, systems: Sequence[System], publish: Path | None) -> str:
         raise PureLightError(f"{folder}: no records yet; measure first, without --report")
     text, files = _text(results, systems), _figures(folder, results)
     files |= {"results.csv": tables.rows_csv(records).encode(), "results.md": text.encode()}
-    for target in [folder / "report", *([publish] if publish else [])]:
-        target.mkdir(parents=True, exist_ok=True)
-        for name, data in files.items():
-            if target != publish or len(data) <= LIMIT:
-                atomic.write_bytes(target / name, data)
-        _page(target / "index.html", results, systems, files)
+    _save(folder / "report", results, systems, files)
+    if publish is not None:
+        _check(files)
+        _save(publish, results, systems, files)
+        if (publish / "index.html").stat().st_size > LIMIT:  # then its pictures lie beside it
+            _page(publish / "index.html", results, systems, files, embedded=False)
     return text
+
+
+def _save(
+    target: Path, results: Results, systems: Sequence[System], files: dict[str, bytes]
+) -> None:
+    target.mkdir(parents=True, exist_ok=True)
+    for name, data in files.items():
+        atomic.write_bytes(target / name, data)
+    _page(target / "index.html", results, systems, files, embedded=True)
+
+
+def _check(files: dict[str, bytes]) -> None:
+    """Raises PureLightError if a file is too large to be published."""
+    large = [name for name, data in files.items() if len(data) > LIMIT]
+    if large:
+        raise PureLightError(
+            f"{large[0]}: over {LIMIT >> 20} MiB; publish fewer lamps or a smaller scale"
+        )
 
 
 def _figures(folder: Path, results: Results) -> dict[str, bytes]:
@@ -72,7 +90,10 @@ def _text(results: Results, systems: Sequence[System]) -> str:
     return "\n".join(parts)
 
 
-def _page(path: Path, results: Results, systems: Sequence[System], files: dict[str, bytes]) -> None:
+def _page(
+    path: Path, results: Results, systems: Sequence[System], files: dict[str, bytes], *,
+    embedded: bool,
+) -> None:  # fmt: skip
     sections: list[Section] = []
     failed = [r for r in results.records if r.failed]
     sections.append(Warnings([f"{r.lamp} {r.system} {r.task}: {r.failed}" for r in failed]))
@@ -87,24 +108,34 @@ def _page(path: Path, results: Results, systems: Sequence[System], files: dict[s
     labels = [[s.name, s.label] for s in systems if s.name in results.systems]
     sections.append(Table("Systems", ("name", "what it is"), labels))
     for lamp in results.lamps:
-        sections += _lamp(lamp, files)
+        mine = {n: d for n, d in files.items() if _owner(n, results.lamps) == lamp}
+        sections += _lamp(lamp, {n: d if embedded else None for n, d in mine.items()})
     write_page(path, "Systems side by side", LEAD, sections)
 
 
-def _lamp(lamp: str, files: dict[str, bytes]) -> list[Section]:
-    """Rows of pictures, then figures two by two."""
-    mine = {n: d for n, d in files.items() if f"_{lamp}_" in n or n.endswith(f"_{lamp}.png")}
-    wide = {n: d for n, d in mine.items() if n.startswith("row_")}
-    small = [_shot(n, d) for n, d in mine.items() if n not in wide]
+def _owner(name: str, lamps: Sequence[str]) -> str:
+    """The lamp that a picture is of: the longest name that it holds."""
+    held = [lamp for lamp in lamps if f"_{lamp}_" in name.replace(".png", "_")]
+    return max(held, key=len, default="")
+
+
+def _lamp(lamp: str, mine: dict[str, bytes | None]) -> list[Section]:
+    """Rows of pictures, then figures two by two; pictures without bytes lie beside the page."""
+    shots = {name: _shot(name, data) for name, data in mine.items()}
+    wide = [name for name in shots if name.startswith("row_")]
+    small = [shot for name, shot in shots.items() if name not in wide]
     made: list[Section] = []
-    for name, data in wide.items():
+    for name in wide:
         task = name.removeprefix(f"row_{lamp}_").removesuffix(".png")
-        made.append(Row(f"{lamp}: {task}", "At equal time.", [_shot(name, data)]))
+        made.append(Row(f"{lamp}: {task}", "At equal time.", [shots[name]]))
     for k in range(0, len(small), 2):
         made.append(Row(f"{lamp}: figures", "", small[k : k + 2]))
     return made
 
 
-def _shot(name: str, data: bytes) -> Shot:
+def _shot(name: str, data: bytes | None) -> Shot:
+    """A picture in the page, or by the name of its file."""
     title = name.removesuffix(".png").replace("_", " ")
+    if data is None:
+        return Shot(title, name)
     return Shot(title, "data:image/png;base64," + base64.b64encode(data).decode())

@@ -16,6 +16,7 @@ from benchmarks.systems.records import Record, Records
 from benchmarks.systems.report import claims, drawing, report, rows, tables
 from benchmarks.systems.report.series import Results, Step, reach, within
 from benchmarks.systems.tasks.truth import Truth
+from purelight_format.errors import PureLightError
 from purelight_train.truth.picture import Passes
 from tests.unit.benchmarks.systems_twin import Noisy, record
 
@@ -197,3 +198,28 @@ def test_rows_are_chosen_at_equal_time() -> None:
     assert chosen is not None
     assert chosen.samples == 8
     assert rows.at_equal_time([], 1) is None
+
+
+def test_pictures_belong_to_the_longest_name() -> None:
+    lamps = ["flower", "flower_specular"]
+    owners = [report._owner(f"front_{lamp}_appearance.png", lamps) for lamp in lamps]
+    assert owners == lamps
+    assert report._owner("memory_flower_specular.png", lamps) == "flower_specular"
+    assert report._owner("results.csv", lamps) == ""
+
+
+def test_a_large_page_that_is_published_has_its_pictures_beside_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for made in bench():
+        Records(tmp_path).add(made)
+    monkeypatch.setattr(report, "LIMIT", 60_000)
+    report.write(tmp_path, OWN, tmp_path / "published")
+    assert "data:image" in (tmp_path / "report/index.html").read_text()
+    page = (tmp_path / "published/index.html").read_text()
+    assert "data:image" not in page
+    assert 'src="front_ball_appearance.png"' in page
+    monkeypatch.setattr(report, "LIMIT", 1000)
+    with pytest.raises(PureLightError, match="publish fewer lamps"):
+        report.write(tmp_path, OWN, tmp_path / "nothing")
+    assert not (tmp_path / "nothing").exists()
