@@ -38,7 +38,7 @@ class MitsubaSystem(ABC):
         integrator any that has radiance in W/(m² sr) as its picture.
         """
 
-    def register(self) -> None:
+    def register(self) -> None:  # noqa: B027 - most have none
         """Register plugins of one's own; Mitsuba has its variant, and PureLight's are there."""
 
     def prepare(self, subject: Subject, folder: Path) -> Cost:
@@ -58,25 +58,23 @@ class MitsubaSystem(ABC):
     ) -> Iterator[Frame]:
         """The same in this process.
 
-        The first pass, of the size of the first frame, is warm-up and thrown away: Dr.Jit compiles
-        its kernels then, or loads them from its cache.
+        The first pass, of the size of the first frame, is warm-up and thrown away. So is what
+        Dr.Jit spends on compiling later: `ptracer` has a kernel of its own for each size of pass.
         """
         start = time.perf_counter()
         scene = self._scene(subject, task, folder)
         pixels = int(np.prod(scene.sensors()[0].film().size()))
-        _render(scene, min(samples[0], _most(pixels)), seed * SEEDS)
-        warm_up = time.perf_counter() - start
+        _timed(scene, min(samples[0], _most(pixels)), seed * SEEDS)
+        warm_up, seconds = time.perf_counter() - start, 0.0
         total: Any = 0.0
-        done, number, seconds = 0, 0, 0.0
+        done = number = 0
         for count in samples:
-            start = time.perf_counter()
             while done < count:
                 spp, number = min(count - done, _most(pixels)), number + 1
-                total = total + spp * _render(scene, spp, seed * SEEDS + number)
-                done += spp
-            seconds += time.perf_counter() - start
-            memory = isolated.peak_megabytes()
-            yield Frame(total / done, done, seconds, warm_up, memory)
+                image, spent, compiling = _timed(scene, spp, seed * SEEDS + number)
+                total, done = total + spp * image, done + spp
+                warm_up, seconds = warm_up + compiling, seconds + spent
+            yield Frame(total / done, done, seconds, warm_up, isolated.peak_megabytes())
 
     def _scene(self, subject: Subject, task: Task, folder: Path) -> Any:
         from purelight_mitsuba.platform import use
@@ -95,6 +93,20 @@ class MitsubaSystem(ABC):
 def _most(pixels: int) -> int:
     """Samples per pixel of a pass at most."""
     return max(WAVEFRONT // pixels, 1)
+
+
+def _timed(scene: Any, spp: int, seed: int) -> tuple[Image, float, float]:
+    """One pass: its picture, and seconds without and of compiling."""
+    import drjit as dr
+
+    with dr.scoped_set_flag(dr.JitFlag.KernelHistory, True):
+        dr.kernel_history_clear()
+        start = time.perf_counter()
+        image = _render(scene, spp, seed)
+        seconds = time.perf_counter() - start
+        made = [k for k in dr.kernel_history() if not k.get("cache_hit", True)]
+    compiling = sum(k["codegen_time"] + k["backend_time"] for k in made) / 1e3
+    return image, seconds - compiling, compiling
 
 
 def _render(scene: Any, spp: int, seed: int) -> Image:

@@ -73,9 +73,9 @@ def _serve(pipe: multiprocessing.connection.Connection, make: Generator, argumen
 
 
 def peak_megabytes() -> float | None:
-    """Peak resident memory of this process in MB of 10⁶ bytes; None where nobody tells (Linux does).
+    """Peak resident memory of this process in MB (10⁶ bytes), None where the system does not tell.
 
-    `getrusage` would give that of the process that started it where that was larger.
+    Linux does; `getrusage` would give that of the process that started it where that was larger.
     """
     try:
         lines = Path("/proc/self/status").read_text().splitlines()
