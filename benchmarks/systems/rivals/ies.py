@@ -28,11 +28,13 @@ class IesLight:
         file: the IES file, whose nadir is -Z of the lamp's frame.
         flux: radiant flux in W: RGB. The file has no colours, which are those of the whole lamp.
         centre: where the point is in the lamp's frame, in m.
+        enlarged: whether a task may enlarge it.
     """
 
     file: Path
     flux: tuple[float, float, float]
     centre: Point
+    enlarged: bool = True  # flux grows with the square of the size
 
     def elements(self, folder: Path, at: Point) -> list[ET.Element]:
         """One emitter."""

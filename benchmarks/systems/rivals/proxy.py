@@ -12,8 +12,10 @@ import numpy as np
 import torch
 import trimesh
 from numpy.typing import NDArray
+from torch import nn
 
 from benchmarks.systems.protocol import Subject
+from benchmarks.systems.subjects import ALL_PRESETS
 from purelight_format.errors import PureLightError
 from purelight_format.measures import BoundingSphere
 from purelight_train.fragment import kept_beside
@@ -53,6 +55,14 @@ class ProxyLamp(TracedLamp):
         return {}
 
 
+class ProxyTraining(Training):
+    """A run of which some networks come from elsewhere."""
+
+    def adopt(self, name: str, module: nn.Module) -> None:
+        """Take a module for a network of the run, which is not trained then."""
+        self._networks[name] = module
+
+
 def sphere_around(surface: ExitSurface) -> trimesh.Trimesh:
     """An icosphere around a lamp."""
     about: BoundingSphere = surface.sphere
@@ -63,8 +73,8 @@ def sphere_around(surface: ExitSurface) -> trimesh.Trimesh:
 def base_preset(subject: Subject) -> Preset:
     """The sizes that the subject's run was begun with, of no route yet."""
     run = RunDirectory.open(subject.run).preset
-    known = PRESETS.get(run.name, run)
-    return replace(known, anchor="none", anchor_grid=None)
+    known = ALL_PRESETS.get(run.name, PRESETS.get(run.name, run))
+    return replace(known, anchor="none", anchor_grid=None, student_link="log1p")
 
 
 def proxy_run(
@@ -73,7 +83,7 @@ def proxy_run(
     route: type[Route],
     preset: Preset,
     around: Callable[[ExitSurface], trimesh.Trimesh] = sphere_around,
-) -> Training:
+) -> ProxyTraining:
     """A run in a folder of its own, begun or gone on with.
 
     Raises:
@@ -94,7 +104,7 @@ def proxy_run(
     torch.set_num_threads(subject.threads)
     lamp = ProxyLamp(subject.scene, preset.paths, stages)
     lamp.around = around  # type: ignore[method-assign]
-    return Training(route(lamp, preset, stages))
+    return ProxyTraining(route(lamp, preset, stages))
 
 
 def train(training: Training, declared: Sequence[Trained[Any]]) -> RunDirectory:

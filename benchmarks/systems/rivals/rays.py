@@ -18,9 +18,10 @@ SEED = 11
 
 @dataclass(frozen=True)
 class RayLight:
-    """A ray file as an emitter whose light is traced."""
+    """A ray file as an emitter whose light is traced; a task may enlarge it (`ReplayEmitter`)."""
 
     file: Path
+    enlarged: bool = True
 
     def elements(self, folder: Path, at: Point) -> list[ET.Element]:
         """One emitter."""
