@@ -41,13 +41,8 @@ class BundleSystem(MitsubaSystem):
         return Cost(account.total, self.held(file), {**account.parts, **self.about(folder)})
 
     def held(self, file: Path) -> float:
-        """Megabytes of the networks and of the surface, as stored."""
-        from purelight_format.bundle import Bundle
-
-        bundle = Bundle.open(file, validate=False)
-        networks = {info.member for info in bundle.manifest.networks.values()}
-        needed = [m for m in bundle.entries if m in networks or m.startswith("surface/")]
-        return sum(len(bundle.read(m)) for m in needed) / 1e6
+        """Megabytes of the whole file, as our own is counted."""
+        return file.stat().st_size / 1e6
 
     def about(self, folder: Path) -> dict[str, Any]:
         """What else should be told."""

@@ -83,7 +83,7 @@ class Wcl(BundleSystem):
             with_networks(folder / "frame.plux", folder / BUNDLE, {"appearance": model})
 
     def held(self, file: Path) -> float:
-        """Of the compressed table, the other networks, and the box."""
+        """Of the file, with the compressed table in place of the plain one."""
         about = json.loads((file.parent / "table.json").read_text())
         infos = Bundle.open(file, validate=False).manifest.networks
         plain = infos["appearance"].bytes
