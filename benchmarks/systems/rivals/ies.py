@@ -40,7 +40,7 @@ class IesLight:
         """One emitter."""
         light = file_emitter(NAME, self.file, folder, at)
         for name, value in (("flux", self.flux), ("centre", self.centre)):
-            ET.SubElement(light, "rgb", name=name, value=", ".join(f"{v!r}" for v in value))
+            ET.SubElement(light, "rgb", name=name, value=", ".join(repr(float(v)) for v in value))
         return [light]
 
     def integrator(self) -> ET.Element:

@@ -33,6 +33,7 @@ from purelight_train.runs.trainer import Trained
 MARGIN = 1.004  # so that the facets of the sphere enclose the lamp's bounding sphere
 SUBDIVISIONS = 4
 SEED = 0
+OWN_STAGES = ("student", "transparency", "cap", "pilot", "aim", "sampler", "fast_map")
 
 
 class ProxyLamp(TracedLamp):
@@ -92,7 +93,16 @@ def proxy_run(
     if kept_beside(subject.scene):
         raise PureLightError(f"{subject.name}: a proxy cannot enclose parts that are kept apart")
     run = RunDirectory(folder)
-    names = (*route.gathers, "student", "transparency", "cap", "pilot", "aim", "sampler", "fast_map")  # type: ignore[attr-defined]
+    names = (
+        *route.gathers,
+        "student",
+        "transparency",
+        "cap",
+        "pilot",
+        "aim",
+        "sampler",
+        "fast_map",
+    )  # type: ignore[attr-defined]
     stages = Stages(run, SEED, torch.device("cpu"), names)
     if not (folder / "config.json").is_file():
         folder.mkdir(parents=True, exist_ok=True)

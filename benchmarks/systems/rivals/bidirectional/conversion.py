@@ -9,7 +9,7 @@ from typing import Any
 import mitsuba as mi
 import numpy as np
 
-from benchmarks.systems.rivals.bidirectional.materials import Properties, material
+from benchmarks.systems.rivals.bidirectional.materials import Properties, alike, material
 from purelight_format import atomic
 from purelight_format.errors import PureLightError
 from purelight_train.light.luminaire import shape_mesh
@@ -17,14 +17,18 @@ from purelight_train.light.luminaire import shape_mesh
 CAMERAS = {"PerspectiveCamera", "ThinLensCamera"}
 
 
-def convert(scene: mi.Scene, folder: Path) -> None:
+def convert(scene: mi.Scene, folder: Path, *, seen: bool) -> None:
     """Write `scene.json`, properties and the picture's size, and `meshes.npz`.
+
+    Arguments:
+        seen: whether the camera looks at the lamp (`materials.alike`).
 
     Raises:
         PureLightError: something of the scene is not converted, with what it is.
     """
     properties = _camera(scene.sensors()[0])
     meshes: dict[str, np.ndarray] = {}
+    made: dict[str, Properties] = {}
     for number, shape in enumerate(scene.shapes()):
         name = f"shape{number}"
         vertices, faces, normals = shape_mesh(shape)
@@ -34,11 +38,12 @@ def convert(scene: mi.Scene, folder: Path) -> None:
         for part, array in (("vertices", vertices), ("faces", faces), ("normals", normals)):
             if array is not None:
                 meshes[f"{name}.{part}"] = np.asarray(array)
-        own = material(shape.bsdf(), shape.id()) | _emission(shape)
-        properties |= {f"scene.materials.{name}.{key}": value for key, value in own.items()}
+        made[name] = material(shape.bsdf(), shape.id()) | _emission(shape)
         properties |= {
             f"scene.objects.{name}.shape": [name], f"scene.objects.{name}.material": [name],
         }  # fmt: skip
+    for name, own in (alike(made) if seen else made).items():
+        properties |= {f"scene.materials.{name}.{key}": value for key, value in own.items()}
     if len(scene.emitters()) != sum(shape.is_emitter() for shape in scene.shapes()):
         raise PureLightError("LuxCore is given area emitters only")
     width, height = (int(v) for v in scene.sensors()[0].film().size())
@@ -72,7 +77,9 @@ def _camera(sensor: mi.Sensor) -> Properties:
     width, height = (int(v) for v in sensor.film().size())
     lens: Properties = {}
     if "aperture_radius" in found:
-        radius, focus = (float(np.ravel(found[k])[0]) for k in ("aperture_radius", "focus_distance"))
+        radius, focus = (
+            float(np.ravel(found[k])[0]) for k in ("aperture_radius", "focus_distance")
+        )
         lens = {"lensradius": [radius], "focaldistance": [focus]}
     camera: Properties = {
         "type": ["perspective"],

@@ -10,7 +10,7 @@ import numpy as np
 from purelight_format.errors import PureLightError
 
 Properties = dict[str, list[Any]]
-SMOOTH = 1e-3  # roughness of LuxCore's metal for a smooth one: it has none that is smooth
+SMOOTH = 1e-3  # roughness of what is smooth, where LuxCore has it only rough
 
 
 def material(bsdf: mi.BSDF, name: str) -> Properties:
@@ -24,7 +24,7 @@ def material(bsdf: mi.BSDF, name: str) -> Properties:
         kind, values = _inner(bsdf, values)
     makers = {
         "SmoothDiffuse": _matt, "SmoothDielectric": _glass, "RoughDielectric": _rough_glass,
-        "ThinDielectric": _pane, "SmoothConductor": _metal, "RoughConductor": _metal,
+        "SmoothConductor": _metal, "RoughConductor": _metal,
     }  # fmt: skip
     if kind not in makers:
         raise PureLightError(f"LuxCore has no material like {kind} of shape {name}")
@@ -33,6 +33,21 @@ def material(bsdf: mi.BSDF, name: str) -> Properties:
     if kind.startswith("Rough") and "distribution = ggx" not in str(bsdf):
         raise PureLightError(f"shape {name}: LuxCore has no Beckmann distribution, only GGX's")
     return makers[kind](values, name)
+
+
+def alike(materials: dict[str, Properties]) -> dict[str, Properties]:
+    """All glass rough where some is.
+
+    On paths from the camera LuxCore's smooth glass scales radiance by the squared index and its
+    rough glass does not: light of a hollow lamp that passes one of each would be twice as bright.
+    Of rough glass alone, as of smooth glass alone, the factors cancel.
+    """
+    if not any(own["type"] == ["roughglass"] for own in materials.values()):
+        return materials
+    rough: Properties = {"type": ["roughglass"], "uroughness": [SMOOTH], "vroughness": [SMOOTH]}
+    return {
+        name: own | rough if own["type"] == ["glass"] else own for name, own in materials.items()
+    }
 
 
 def _values(bsdf: mi.BSDF) -> dict[str, Any]:
@@ -73,10 +88,6 @@ def _faces(values: dict[str, Any]) -> Properties:
 
 def _glass(values: dict[str, Any], _: str) -> Properties:
     return {"type": ["glass"], **_faces(values)}
-
-
-def _pane(values: dict[str, Any], _: str) -> Properties:
-    return {"type": ["archglass"], **_faces(values)}
 
 
 def _rough_glass(values: dict[str, Any], _: str) -> Properties:

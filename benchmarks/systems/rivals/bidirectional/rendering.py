@@ -74,9 +74,7 @@ def _library() -> Any:
     return pyluxcore
 
 
-def _session(
-    lux: Any, folder: Path, seed: int, threads: int, engine: str
-) -> tuple[int, int, Any]:
+def _session(lux: Any, folder: Path, seed: int, threads: int, engine: str) -> tuple[int, int, Any]:
     data = json.loads((folder / "scene.json").read_text())
     width, height = data["size"]
     scene = lux.Scene()

@@ -18,7 +18,8 @@ class Bidirectional:
 
     Scene and lamp are converted where LuxCore has materials of the same formula; other lamps are
     refused. Rough glass has Schlick's shadowing where Mitsuba has Smith's, and metals of a mere
-    colour brighten at grazing angles. Paths of both ends have up to 32 vertices.
+    colour brighten at grazing angles. Paths of both ends have up to 32 vertices. Where the camera
+    looks at a lamp that has rough glass, all of its glass is rough (`materials.alike`).
     """
 
     name = "bidirectional"
@@ -58,5 +59,5 @@ def converted(subject: Subject, task: Task, folder: Path) -> Iterator[None]:
     from benchmarks.systems.rivals.bidirectional.conversion import convert
 
     path = task.scene(subject, RealLamp(subject.scene.resolve()), folder)
-    convert(mi.load_file(str(path), optimize=False), folder)
+    convert(mi.load_file(str(path), optimize=False), folder, seen=task.kind == "appearance")
     yield None
