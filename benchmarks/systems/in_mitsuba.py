@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -58,23 +59,27 @@ class MitsubaSystem(ABC):
     ) -> Iterator[Frame]:
         """The same in this process.
 
-        The first pass, of the size of the first frame, is warm-up and thrown away. So is what
-        Dr.Jit spends on compiling later: `ptracer` has a kernel of its own for each size of pass.
+        The first pass, of the size of the first frame, is warm-up and thrown away, and so is each
+        pass for which Dr.Jit made or loaded a kernel: it is rendered once more and timed then.
         """
         start = time.perf_counter()
         scene = self._scene(subject, task, folder)
         pixels = int(np.prod(scene.sensors()[0].film().size()))
-        _timed(scene, min(samples[0], _most(pixels)), seed * SEEDS)
-        warm_up, seconds = time.perf_counter() - start, 0.0
+        _once(scene, min(samples[0], _most(pixels)), seed * SEEDS)
+        warm_up, seconds, processor = time.perf_counter() - start, 0.0, 0.0
         total: Any = 0.0
         done = number = 0
         for count in samples:
             while done < count:
                 spp, number = min(count - done, _most(pixels)), number + 1
-                image, spent, compiling = _timed(scene, spp, seed * SEEDS + number)
-                total, done = total + spp * image, done + spp
-                warm_up, seconds = warm_up + compiling, seconds + spent
-            yield Frame(total / done, done, seconds, warm_up, isolated.peak_megabytes())
+                one = _once(scene, spp, seed * SEEDS + number)
+                if one.compiled:
+                    warm_up += one.seconds
+                    one = _once(scene, spp, seed * SEEDS + number)
+                total, done = total + spp * one.image, done + spp
+                seconds, processor = seconds + one.seconds, processor + one.processor
+            memory = isolated.peak_megabytes()
+            yield Frame(total / done, done, seconds, warm_up, memory, processor)
 
     def _scene(self, subject: Subject, task: Task, folder: Path) -> Any:
         from purelight_mitsuba.platform import use
@@ -95,18 +100,26 @@ def _most(pixels: int) -> int:
     return max(WAVEFRONT // pixels, 1)
 
 
-def _timed(scene: Any, spp: int, seed: int) -> tuple[Image, float, float]:
-    """One pass: its picture, and seconds without and of compiling."""
+@dataclass(frozen=True)
+class _Pass:
+    """A rendering, its seconds by the clock and of all processors; whether kernels were made."""
+
+    image: Image
+    seconds: float
+    processor: float
+    compiled: bool
+
+
+def _once(scene: Any, spp: int, seed: int) -> _Pass:
     import drjit as dr
 
     with dr.scoped_set_flag(dr.JitFlag.KernelHistory, True):
         dr.kernel_history_clear()
-        start = time.perf_counter()
+        start, begun = time.perf_counter(), time.process_time()
         image = _render(scene, spp, seed)
-        seconds = time.perf_counter() - start
-        made = [k for k in dr.kernel_history() if not k.get("cache_hit", True)]
-    compiling = sum(k["codegen_time"] + k["backend_time"] for k in made) / 1e3
-    return image, seconds - compiling, compiling
+        spent = time.perf_counter() - start, time.process_time() - begun
+        made = [k for k in dr.kernel_history() if not k.get("cache_hit", 1) or k.get("cache_disk")]
+    return _Pass(image, *spent, bool(made))
 
 
 def _render(scene: Any, spp: int, seed: int) -> Image:

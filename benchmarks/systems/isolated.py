@@ -6,6 +6,8 @@ import multiprocessing
 import multiprocessing.connection
 import os
 import signal
+import sys
+import threading
 import traceback
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -27,7 +29,7 @@ def results(make: Generator, *arguments: Any) -> Iterator[Any]:
     """
     context = multiprocessing.get_context("spawn")
     mine, theirs = context.Pipe(duplex=False)
-    process = context.Process(target=_serve, args=(theirs, make, arguments), daemon=True)
+    process = context.Process(target=_serve, args=(theirs, make, arguments))
     process.start()
     theirs.close()
     try:
@@ -58,6 +60,7 @@ def _end(code: int) -> str:
 
 
 def _serve(pipe: multiprocessing.connection.Connection, make: Generator, arguments: Any) -> None:
+    threading.Thread(target=_end_with_parent, daemon=True).start()
     try:
         for value in make(*arguments):
             pipe.send(("result", value))
@@ -69,7 +72,16 @@ def _serve(pipe: multiprocessing.connection.Connection, make: Generator, argumen
         line = " ".join(str(error).split())[:200]
         pipe.send(("error", f"{type(error).__name__}: {line}"))
     pipe.close()
+    sys.stdout.flush()
     os._exit(0)  # without what libraries do at their end: some abort
+
+
+def _end_with_parent() -> None:
+    """Leave no orphan at work when the benchmark is interrupted."""
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        multiprocessing.connection.wait([parent.sentinel])
+        os._exit(1)
 
 
 def peak_megabytes() -> float | None:

@@ -21,7 +21,8 @@ class Record:
         key: of all that the figures depend on; `code`: of the product's source.
         kind: of the task.
         samples: per pixel; 0 where there is no picture.
-        seconds, warm_up: wall-clock, see `protocol.Frame`.
+        seconds: of the processor where it is known and threads are one, else by the clock.
+        clock, warm_up: wall-clock, see `protocol.Frame`.
         memory: peak of the process that rendered, in MB; None if not known.
         cost: of `protocol.Cost`: seconds, megabytes, parts.
         figures: see `errors.measure`.
@@ -38,6 +39,7 @@ class Record:
     kind: str = ""
     samples: int = 0
     seconds: float = 0.0
+    clock: float = 0.0
     warm_up: float = 0.0
     memory: float | None = None
     cost: dict[str, Any] = field(default_factory=dict)

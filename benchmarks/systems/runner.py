@@ -82,11 +82,10 @@ class Runner:
         return bool(again) or not self.records.ended(series, key)
 
     def key(self, facts: Facts, system: System, task: JudgedTask) -> str:
-        """A word that changes with all that a series depends on but the product's own code."""
-        source = hashlib.sha256(Path(inspect.getfile(type(system))).read_bytes()).hexdigest()
+        """A word that changes with all that a series depends on but the code that all share."""
         words = (
-            facts.digest, repr(task), self.scale.paths_of(task), self._samples(task), SEED,
-            self.threads, system.name, source,
+            facts.digest, _source(task), repr(task), self.scale.paths_of(task),
+            self._samples(task), SEED, self.threads, system.name, _source(system),
         )  # fmt: skip
         return hashlib.sha256(repr(words).encode()).hexdigest()[:16]
 
@@ -130,10 +129,12 @@ class Runner:
             if truth is not None:
                 seen = errors.picture(earlier, frame)
                 figures = plain(errors.measure(subject, task, seen, truth))
+            known = frame.processor is not None and self.threads == 1
+            seconds = frame.processor if known and frame.processor else frame.seconds
             record = Record(
                 subject.name, system.name, task.name, key, self.code, task.kind, frame.samples,
-                frame.seconds, frame.warm_up, frame.megabytes, plain(asdict(cost)), figures,
-                self._keep(subject, system, task, frame), last,
+                seconds, frame.seconds, frame.warm_up, frame.megabytes, plain(asdict(cost)),
+                figures, self._keep(subject, system, task, frame), last,
             )  # fmt: skip
             self.records.add(record)
             self._say(*record.series, f"{frame.samples} spp, {frame.seconds:.2f} s", _told(record))
@@ -149,7 +150,7 @@ class Runner:
     def _truth(self, facts: Facts, task: JudgedTask) -> Truth:
         """A task's truth, kept by a digest of what it depends on."""
         paths = self.scale.paths_of(task)
-        words = repr((facts.subject.scene.read_bytes(), facts.digest, repr(task), paths))
+        words = repr((facts.digest, _source(task), repr(task), paths))
         digest = hashlib.sha256(words.encode()).hexdigest()[:12]
         path = self.folder / facts.subject.name / "truth" / f"{task.name}-{digest}.npz"
         if not path.is_file():
@@ -161,6 +162,11 @@ class Runner:
 
     def _say(self, *words: str) -> None:
         print(" ".join(words), file=sys.stderr, flush=True)
+
+
+def _source(thing: object) -> str:
+    """A word that changes with the file that a task or system is written in."""
+    return hashlib.sha256(Path(inspect.getfile(type(thing))).read_bytes()).hexdigest()
 
 
 def prepared(system: System, subject: Subject, folder: Path) -> Iterator[Cost]:

@@ -69,9 +69,8 @@ SCALES = {
         ("view_side",), ("glare_near",), (1, 4), 30,
     ),
     "small": Scale(
-        "small", ("frosted_globe", "crystal", "medieval"), "sketch", 64, 64, 32, 4,
-        (1, 2, 4, 8, 16, 32, 64), 1 << 24, 1 << 24, ("view_side", "view_below"),
-        ("glare_near",), (1, 16, 64), 60,
+        "small", ("frosted_globe", "crystal", "medieval"), "sketch", 48, 48, 24, 2,
+        (1, 2, 4, 8, 16, 32, 64), 1 << 20, 1 << 21, ("view_side",), ("glare_near",), (1, 16), 30,
     ),
     "full": Scale(
         "full", tuple(CATALOG), "standard", 128, 128, 64, 8,

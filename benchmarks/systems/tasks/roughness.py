@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from benchmarks.systems.protocol import Subject
 from benchmarks.systems.tasks import placing
 from benchmarks.systems.tasks.task import Figures, JudgedTask
-from benchmarks.systems.tasks.truth import Truth
+from benchmarks.systems.tasks.truth import Mask, Truth
 from purelight_examples.luminaires.lamp_scene import Material, Part
 from purelight_examples.scenes.furniture import wall
 from purelight_examples.scenes.lamp_choice import LampChoice
@@ -25,7 +26,7 @@ EYE, AIM, FOV = (0.0, -13.0, 4.0), (0.0, 0.0, -4.0), 36.0
 class Roughness(JudgedTask):
     """Strips that lead from the camera to below the lamp, whose mirror image lies across them.
 
-    The lamp itself is above the picture.
+    What is judged are the strips: the lamp itself is at the upper edge of the picture.
 
     Arguments:
         size: pixels a side of the picture.
@@ -41,6 +42,10 @@ class Roughness(JudgedTask):
         sensor = placing.pinhole((self.size, self.size), EYE, AIM, FOV, unit)
         lamps = placing.elements(subject, lamp, folder)
         return placing.write(folder, self.name, lamp, sensor, strips(unit), lamps)
+
+    def mask(self, subject: Subject, scene: Any) -> Mask:
+        """The strips."""
+        return self.strips() >= 0
 
     def figures(self, subject: Subject, picture: Picture, truth: Truth) -> Figures:
         """By strip: relative error of its mean radiance, and that mean's standard error.
