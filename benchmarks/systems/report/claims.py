@@ -84,17 +84,26 @@ def _few_samples(results: Results, lamp: str) -> Finding:
 
 
 def _fast(results: Results, lamp: str) -> Finding:
-    slow, fast = (results.steps(lamp, name, "illumination") for name in (ACCURATE, FAST))
-    if not slow or not fast or slow[-1].samples != fast[-1].samples:
+    slow, fast = _common(results, lamp, FAST)
+    if slow is None or fast is None:
         return None
-    less = 1 - fast[-1].seconds / slow[-1].seconds
-    bias, other = fast[-1].figures["mean"], slow[-1].figures["mean"]
-    noise = fast[-1].figures["mean_noise"]
+    less = 1 - fast.seconds / slow.seconds
+    bias, other, noise = fast.figures["mean"], slow.figures["mean"], fast.figures["mean_noise"]
     text = (
-        f"{less:+.0%} less time at {fast[-1].samples} spp, mean {bias:+.1%} (accurate {other:+.1%},"
+        f"{less:+.0%} less time at {fast.samples} spp, mean {bias:+.1%} (accurate {other:+.1%},"
         f" standard error {noise:.1%})"
     )
     return less > FASTER and abs(bias) < BIAS, text
+
+
+def _common(results: Results, lamp: str, other: str) -> tuple[Step | None, Step | None]:
+    """Our accurate mode and another system in the room, at the most samples that both have."""
+    steps = [
+        {s.samples: s for s in results.steps(lamp, name, "illumination")}
+        for name in (ACCURATE, other)
+    ]
+    shared = max(steps[0].keys() & steps[1].keys(), default=0)
+    return steps[0].get(shared), steps[1].get(shared)
 
 
 def _sharper(rivals: tuple[str, ...]) -> Callable[[Results, str], Finding]:
@@ -115,15 +124,11 @@ def _sharper(rivals: tuple[str, ...]) -> Callable[[Results, str], Finding]:
 
 
 def _quieter(results: Results, lamp: str) -> Finding:
-    ours, theirs = (results.steps(lamp, n, "illumination") for n in (ACCURATE, HISTOGRAM))
-    common = sorted({s.samples for s in ours} & {s.samples for s in theirs})
-    if not common:
+    ours, theirs = _common(results, lamp, HISTOGRAM)
+    if ours is None or theirs is None:
         return None
-    flow, histogram = (
-        next(s for s in steps if s.samples == common[-1]).figures["relative_variance"]
-        for steps in (ours, theirs)
-    )
-    text = f"relative variance at {common[-1]} spp: flow {flow:.3g}, histogram {histogram:.3g}"
+    flow, histogram = (step.figures["relative_variance"] for step in (ours, theirs))
+    text = f"relative variance at {ours.samples} spp: flow {flow:.3g}, histogram {histogram:.3g}"
     return flow < histogram, text
 
 

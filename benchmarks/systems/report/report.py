@@ -18,8 +18,8 @@ from purelight_train.report.page import Row, Section, Shot, Table, Warnings, wri
 
 LEAD = (
     "Every system draws the same pictures of the same lamps, and is judged by them beside a "
-    "light-traced truth. Appearance: views of the lamp itself; lit: a closed room. Errors are at "
-    "the most samples that were measured; the least of a lamp is bold, whosever it is."
+    "light-traced truth. Appearance: views of the lamp itself; lit: a closed room. A series of "
+    "samples ends at the scale's limit of seconds; the least error of a lamp is bold, whosever."
 )
 LIMIT = 1 << 20  # bytes of a published file
 
@@ -71,7 +71,7 @@ def _figures(folder: Path, results: Results) -> dict[str, bytes]:
 def _grids(results: Results, systems: Sequence[System]) -> dict[str, Grid]:
     seconds = tables.common_seconds(results, "illumination")
     return {
-        "At the most samples": tables.main(results, systems),
+        "At the most samples that the limit of seconds allows": tables.main(results, systems),
         "At equal time (our accurate mode's in the room)": tables.equal_time(
             results, systems, seconds
         ),

@@ -34,7 +34,7 @@ class Tiny(Scale):
 
 @pytest.fixture
 def runner(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Runner:
-    fields = {**vars(SCALES["smoke"]), "samples": (64, 128, 256)}
+    fields = {**vars(SCALES["smoke"]), "samples": (64, 128, 256), "limit": 99}
     facts = Facts(subject(tmp_path), "d", 0.1)
     (tmp_path / "ball.xml").write_text("<scene version='3.0.0'/>")
     monkeypatch.setattr(subjects, "subject", lambda *_: facts)
