@@ -69,10 +69,10 @@ def _figures(folder: Path, results: Results) -> dict[str, bytes]:
 
 
 def _grids(results: Results, systems: Sequence[System]) -> dict[str, Grid]:
-    seconds = tables.common_seconds(results, "illumination")
+    seconds = tables.common_seconds(results)
     return {
         "At the most samples that the limit of seconds allows": tables.main(results, systems),
-        "At equal time (our accurate mode's in the room)": tables.equal_time(
+        "At equal time (our accurate mode's last picture)": tables.equal_time(
             results, systems, seconds
         ),
     }

@@ -58,7 +58,8 @@ class Results:
 
     def steps(self, lamp: str, system: str, kind: str) -> list[Step]:
         """Errors at each number of samples that all tasks of a kind have."""
-        records = [r for p in PREFIXES[kind] for r in self.of(lamp, system, p) if r.figures]
+        every = [r for p in PREFIXES[kind] for r in self.of(lamp, system, p)]
+        records = [r for r in every if r.figure("relative_error") is not None]
         tasks = {r.task for r in records}
         return [
             _mean([r for r in records if r.samples == count])

@@ -73,9 +73,9 @@ def test_table_marks_the_best_and_tells_why_there_is_a_dash() -> None:
 
 def test_equal_time_takes_what_fits() -> None:
     results = Results(bench())
-    seconds = tables.common_seconds(results, "illumination")
-    assert seconds == {"ball": pytest.approx(6.4)}
-    grid = tables.equal_time(results, OWN, {"ball": 0.65})
+    seconds = tables.common_seconds(results)
+    assert seconds[("illumination", "ball")] == pytest.approx(6.4)
+    grid = tables.equal_time(results, OWN, {("illumination", "ball"): 0.65})
     samples = {row[1]: row[grid.head.index("samples")] for row in grid.rows}
     assert samples == {
         "path": "64", "purelight_accurate": "4", "purelight_fast": "8", "noisy": "4",
