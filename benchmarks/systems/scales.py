@@ -70,7 +70,7 @@ def doubling(most: int) -> tuple[int, ...]:
 
 SCALES = {
     "smoke": Scale(
-        "smoke", ("frosted_globe",), "tiny", 24, 24, 16, 2, doubling(64), 1 << 19, 1 << 20,
+        "smoke", ("frosted_globe",), "tiny", 24, 24, 16, 2, doubling(8), 1 << 19, 1 << 20,
         ("view_side",), ("glare_near",), (1, 4), 1,
     ),
     "small": Scale(
