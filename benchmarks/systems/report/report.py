@@ -19,7 +19,8 @@ from purelight_train.report.page import Row, Section, Shot, Table, Warnings, wri
 LEAD = (
     "Every system draws the same pictures of the same lamps, and is judged by them beside a "
     "light-traced truth. Appearance: views of the lamp itself; lit: a closed room. A series of "
-    "samples ends at the scale's limit of seconds; the least error of a lamp has a star, whosever it is."
+    "samples ends at the scale's limit of seconds; the least error of a lamp has a star, whosever "
+    "it is."
 )
 EQUAL = "At equal time: each system's last picture in the time of our accurate mode's."
 LIMIT = 1 << 20  # bytes of a published file
