@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -13,7 +14,8 @@ NCL, SHELLS, HISTOGRAM = "ncl", ("shell_4d", "shell_4d_factorised"), "histogram"
 SAMPLES, MANY = 64, 1_000_000  # ours, and path tracing's, as in the paper's first figure
 FASTER, BIAS = 0.4, 0.03  # less time, and the mean error that is called little here
 GROWTH = 1.2  # of memory from one lamp to the most: no growth is below
-Finding = tuple[bool, str] | None  # whether it holds on a lamp, and the figures; None: no records
+# Whether it holds on a lamp (None: the noise does not tell), and figures; None: no records
+Finding = tuple[bool | None, str] | None
 
 
 @dataclass(frozen=True)
@@ -32,7 +34,10 @@ class Claim:
 
 @dataclass(frozen=True)
 class Verdict:
-    """`holds`, `holds on k of n`, `does not hold` or `not measured`, with figures by lamp."""
+    """What is found, in a few words, with figures by lamp.
+
+    `holds`, `holds on k of n lamps`, `does not hold`, `too noisy to tell`, or `not measured`.
+    """
 
     claim: Claim
     word: str
@@ -48,13 +53,13 @@ def verdict(claim: Claim, results: Results) -> Verdict:
     """One claim on all lamps that have the records for it."""
     found = {lamp: claim.judge(results, lamp) for lamp in results.lamps}
     known = {lamp: finding for lamp, finding in found.items() if finding is not None}
-    good = sum(holds for holds, _ in known.values())
-    if not known:
-        word = "not measured"
-    elif good == len(known):
+    told = [holds for holds, _ in known.values() if holds is not None]
+    if not told:
+        word = "too noisy to tell" if known else "not measured"
+    elif all(told):
         word = "holds"
     else:
-        word = f"holds on {good} of {len(known)} lamps" if good else "does not hold"
+        word = f"holds on {sum(told)} of {len(told)} lamps" if any(told) else "does not hold"
     return Verdict(claim, word, {lamp: text for lamp, (_, text) in known.items()})
 
 
@@ -159,7 +164,8 @@ def _rough(results: Results, lamp: str) -> Finding:
         f"{alpha[half]} to {alpha[-1]} (standard error of a strip up to "
         f"{max(n for n in noise if n is not None):.1%})"
     )
-    return rough < smooth, text
+    error = max(n for n in noise if n is not None) / math.sqrt(half)  # of a half's mean
+    return (rough < smooth if abs(rough - smooth) > error else None), text
 
 
 CLAIMS = (

@@ -152,6 +152,9 @@ def test_bias_against_roughness_is_drawn_and_judged() -> None:
     made = [record("ball", "purelight_fast", "roughness", 64, 1, 0.1, **strips, **noise)]
     assert drawing.roughness(Results(made)).keys() == {"roughness_ball"}
     assert word("bias of fast mode falls", made) == "holds"
+    vague = noise | {"bias_noise": [0.5, 0.5, None, 0.5]}
+    made = [record("ball", "purelight_fast", "roughness", 64, 1, 0.1, **strips, **vague)]
+    assert word("bias of fast mode falls", made) == "too noisy to tell"
     turned = strips | {"bias": [0.0, 0.01, -0.2, -0.3]}
     made = [record("ball", "purelight_fast", "roughness", 64, 1, 0.1, **turned, **noise)]
     assert word("bias of fast mode falls", made) == "does not hold"
