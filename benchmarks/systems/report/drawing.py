@@ -93,6 +93,9 @@ def memory(results: Results) -> Drawn:
                 xscale="log", ylim=(0, None), xlabel="instances", ylabel="peak memory, MB",
                 title=f"{lamp}: memory of instances",
             )  # fmt: skip
+            counts = sorted({count for points in curves.values() for count, _ in points})
+            axes.set_xticks(counts, [str(count) for count in counts])
+            axes.set_xticks([], minor=True)
 
         if any(curves.values()):
             made[f"memory_{lamp}"] = png(draw)
