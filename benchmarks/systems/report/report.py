@@ -117,7 +117,9 @@ def _page(
 
 def _tables(title: str, grid: Grid) -> list[Section]:
     """A grid as one table of errors and one of costs, with its notes; a star is the least."""
-    rows = [[f"{c.strip('*')} *" if c.startswith("**") else c for c in row] for row in grid.rows]
+    rows = [
+        [f"{c.strip('*')}\u00a0*" if c.startswith("**") else c for c in row] for row in grid.rows
+    ]
     made: list[Section] = []
     for part, columns in (("errors", slice(2, COSTS)), ("cost", slice(COSTS, None))):
         cells = [[*row[:2], *row[columns]] for row in rows]

@@ -9,7 +9,16 @@ from dataclasses import dataclass
 
 from benchmarks.systems.protocol import System
 from benchmarks.systems.records import Record
-from benchmarks.systems.report.series import FLOOR, GLARE, KINDS, PREFIXES, Results, Step, within
+from benchmarks.systems.report.series import (
+    FLOOR,
+    GLARE,
+    KINDS,
+    OURS,
+    PREFIXES,
+    Results,
+    Step,
+    within,
+)
 
 HEAD = (
     "lamp", "system", "MAPE", "relMSE", "FLIP", "sharpness", "MAPE, lit", "relMSE, lit",
@@ -18,7 +27,6 @@ HEAD = (
 )  # fmt: skip
 NAMES = ("mape", "relative_error", "hdr_flip")
 BEST = ("MAPE", "relMSE", "FLIP", "illuminance", "bias", "(absolute)", "UGR")  # least is marked
-OURS = "purelight_accurate"
 Seconds = dict[tuple[str, str], float]  # by kind and lamp
 
 
@@ -100,8 +108,11 @@ def _row(results: Results, lamp: str, name: str, seconds: Seconds | None) -> lis
     looks, lit = (
         _step(results, lamp, name, kind, seconds) for kind in ("appearance", "illumination")
     )
-    floor = _last(results, lamp, name, FLOOR)
-    glare = [r for r in results.last(lamp, name, GLARE) if r.figures]
+    floors, glare = (
+        [r for r in results.chosen(lamp, name, task, equal_time=seconds is not None) if r.figures]
+        for task in (FLOOR, GLARE)
+    )
+    floor = floors[-1] if floors else None
     ugr = [abs(e) for r in glare if (e := r.figure("ugr_error")) is not None]
     memory = [r.memory for r in results.of(lamp, name, "room") if r.memory]
     cost, timed = results.cost(lamp, name), lit or looks
@@ -143,11 +154,6 @@ def _step(
     if seconds is not None and (kind, lamp) in seconds:
         return within(steps, seconds[kind, lamp])
     return steps[-1] if steps else None
-
-
-def _last(results: Results, lamp: str, name: str, task: str) -> Record | None:
-    found = [r for r in results.last(lamp, name, task) if r.figures]
-    return found[-1] if found else None
 
 
 def _reason(results: Results, lamp: str, name: str, system: System | None, kind: str) -> str:
