@@ -13,6 +13,7 @@ ACCURATE, FAST, PATH = "purelight_accurate", "purelight_fast", "path"
 NCL, SHELLS, HISTOGRAM = "ncl", ("shell_4d", "shell_4d_factorised"), "histogram"
 SAMPLES, MANY = 64, 1_000_000  # ours, and path tracing's, as in the paper's first figure
 FASTER, BIAS = 0.4, 0.03  # less time, and the mean error that is called little here
+VAGUE = 0.03  # relative variance of a truth that tells nothing
 GROWTH = 1.2  # of memory from one lamp to the most: no growth is below
 # Whether it holds on a lamp (None: the noise does not tell), and figures; None: no records
 Finding = tuple[bool | None, str] | None
@@ -76,6 +77,9 @@ def _few_samples(results: Results, lamp: str) -> Finding:
         if ours is None or ours.samples < SAMPLES:
             continue
         error = ours.figures["relative_error"]
+        if ours.figures["truth_variance"] > VAGUE:
+            texts.append(f"{kind}: the truth is too noisy to tell")
+            continue
         met = reach(results.steps(lamp, PATH, kind), error)
         if met is None:
             continue
@@ -85,7 +89,7 @@ def _few_samples(results: Results, lamp: str) -> Finding:
             f"{met.samples:.2g} spp{how}, {met.seconds / ours.seconds:.1f} times our time"
         )
         enough.append(met.samples >= MANY)
-    return (all(enough), "; ".join(texts)) if texts else None
+    return (all(enough) if enough else None, "; ".join(texts)) if texts else None
 
 
 def _fast(results: Results, lamp: str) -> Finding:
@@ -117,6 +121,8 @@ def _sharper(rivals: tuple[str, ...]) -> Callable[[Results, str], Finding]:
         theirs = {n: s for n in rivals if (s := results.steps(lamp, n, "appearance"))}
         if not ours or not theirs or "sharpness" not in ours[-1].figures:
             return None
+        if ours[-1].figures["truth_variance"] > VAGUE:
+            return None, "the truth is too noisy to tell"
         mine = ours[-1].figures["sharpness"]
         other = {n: s[-1].figures["sharpness"] for n, s in theirs.items()}
         error = {n: s[-1].figures["mape_without_noise"] for n, s in theirs.items()}

@@ -21,11 +21,11 @@ from benchmarks.systems.report.series import (
 )
 
 HEAD = (
-    "lamp", "system", "MAPE", "relMSE", "FLIP", "sharpness", "MAPE, lit", "relMSE, lit",
-    "FLIP, lit", "bias, lit", "illuminance", "(absolute)", "UGR", "samples", "s", "MB",
-    "peak MB", "precompute s",
+    "lamp", "system", "MAPE", "(truth)", "relMSE", "FLIP", "sharpness", "MAPE, lit",
+    "(truth), lit", "relMSE, lit", "FLIP, lit", "bias, lit", "illuminance", "(absolute)", "UGR",
+    "samples", "s", "MB", "peak MB", "precompute s",
 )  # fmt: skip
-NAMES = ("mape", "relative_error", "hdr_flip")
+NAMES = ("mape", "mape_of_reference", "relative_error", "hdr_flip")
 BEST = ("MAPE", "relMSE", "FLIP", "illuminance", "bias", "(absolute)", "UGR")  # least is marked
 Seconds = dict[tuple[str, str], float]  # by kind and lamp
 

@@ -138,6 +138,15 @@ def test_claims_can_fail() -> None:
     assert word("memory", grown) == "does not hold"
 
 
+def test_a_noisy_truth_tells_nothing() -> None:
+    records = [
+        Record(**{**vars(r), "figures": {**r.figures, "truth_variance": 0.5}}) for r in bench()
+    ]
+    assert word("64 samples", records) == "too noisy to tell"
+    ncl = [*records, *series("ncl", "view_side", 0.1, 0.1, sharpness=0.5)]
+    assert word("NCL", ncl) == "too noisy to tell"
+
+
 def test_a_claim_may_hold_on_some_lamps() -> None:
     other = [
         Record(**{**vars(r), "lamp": "cube", "memory": 9e3 if r.task == "instances_16" else 1e3})
