@@ -1,11 +1,12 @@
 # Every command makes the environment in .venv first, from a bare clone, without root.
 PYTHON ?= python3
 PYTHON311 ?= python3.11
+SCALE ?= smoke
 VENV ?= .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/purelight-ready
 
-.PHONY: demo gallery test test-all test-matrix test-node test-web test-blender web blender lint docs bench
+.PHONY: demo gallery test test-all test-matrix test-node test-web test-blender web blender lint docs bench bench-fidelity
 
 demo: $(READY)  ## train, export and render a lamp; the report lands in out/demo
 	$(BIN)/purelight-demo --output out/demo
@@ -53,7 +54,10 @@ lint: $(READY)
 docs: $(READY)  ## the site; open out/docs/index.html
 	$(BIN)/python -m sphinx --fail-on-warning --keep-going -q docs out/docs
 
-bench: $(READY)  ## speed against error; the tables land in out/bench
+bench: $(READY)  ## systems side by side at SCALE=smoke, small or full; see out/systems/SCALE/report
+	$(BIN)/python -m benchmarks.systems --output out/systems --scale $(SCALE)
+
+bench-fidelity: $(READY)  ## how near bundles are to their lamps; the tables land in out/bench
 	$(BIN)/python -m benchmarks --output out/bench
 
 $(READY): pyproject.toml constraints.txt

@@ -85,6 +85,8 @@ class Frame:
         seconds: wall-clock seconds of all passes, without loading and compiling.
         warm_up: seconds of loading and compiling.
         megabytes: peak resident memory of the process that renders, if it is the system's alone.
+        processor: processor seconds of all passes, which other work on the machine hardly changes;
+            None if not known. With one thread it stands for `seconds` in tables and fronts.
     """
 
     image: Image
@@ -92,6 +94,7 @@ class Frame:
     seconds: float
     warm_up: float
     megabytes: float | None = None
+    processor: float | None = None
 
 
 class System(Protocol):

@@ -1,0 +1,100 @@
+"""Every system on the same lamps and tasks: speed against error, side by side.
+
+python -m benchmarks.systems --output out/systems --scale smoke|small|full [--lamps ...]
+    [--systems ...] [--tasks ...] [--threads 1] [--again NAME ... | failed]
+python -m benchmarks.systems --output out/systems --scale smoke --report [--publish]
+
+Lamps of the gallery are trained where no run is there, truths are light traced, and every system
+renders every task that it can do at growing counts of samples. What is measured is written to
+OUTPUT/SCALE/records.jsonl line by line, and a later call goes on from there. The report (tables,
+fronts, pictures, verdicts on the paper's claims, one HTML page) is made of the records alone, at
+the end of a run or by --report; --publish puts it into benchmarks/results/SCALE as well.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from benchmarks.systems.own import OWN
+from benchmarks.systems.protocol import System
+from benchmarks.systems.scales import SCALES, scale
+from purelight_format import command
+from purelight_format.errors import PureLightError
+
+COMMAND = "python -m benchmarks.systems"
+RESULTS = Path(__file__).parents[1] / "results"
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the benchmark; returns 0, also if systems failed, or 2 after a one-line error."""
+    return command.run(COMMAND, lambda: _act(_parser().parse_args(argv)))
+
+
+def _parser() -> command.Parser:
+    parser = command.Parser(
+        prog=COMMAND, description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    add = parser.add_argument
+    add("--output", type=Path, default=Path("out/systems"))
+    add("--scale", choices=tuple(SCALES), default="smoke")
+    add("--lamps", nargs="+", metavar="NAME", help="of the gallery; the scale's if not given")
+    add("--systems", nargs="+", metavar="NAME", help="all if not given")
+    add("--tasks", nargs="+", metavar="NAME", help="all if not given")
+    add("--threads", type=int, default=1, help="of training and of every system")
+    add("--again", nargs="+", default=[], metavar="NAME", help="systems or tasks to measure once "
+        "more, or failed")  # fmt: skip
+    add("--report", action="store_true", help="no measurement, only the report")
+    add("--publish", action="store_true", help="write the report to benchmarks/results too")
+    return parser
+
+
+def _act(options: argparse.Namespace) -> int:
+    if options.threads < 1:
+        raise PureLightError("--threads must be at least 1")
+    folder = options.output / options.scale
+    if not options.report:
+        _measure(options, folder)
+    from benchmarks.systems.report import report
+
+    print(report.write(folder, systems(None), RESULTS / options.scale if options.publish else None))
+    return 0
+
+
+def _measure(options: argparse.Namespace, folder: Path) -> None:
+    from benchmarks.systems.runner import Runner
+
+    chosen = scale(options.scale)
+    known = [task.name for task in chosen.tasks(0.1)]
+    if unknown := set(options.tasks or ()) - set(known):
+        raise PureLightError(f"no task {min(unknown)} in this scale; choose from {' '.join(known)}")
+    os.environ.update(OMP_NUM_THREADS=str(options.threads), OMP_WAIT_POLICY="PASSIVE")
+    runner = Runner(
+        folder, chosen, systems(options.systems), options.threads, tuple(options.tasks or ()),
+        tuple(options.again),
+    )  # fmt: skip
+    runner.run(options.lamps or chosen.lamps)
+
+
+def systems(names: list[str] | None) -> list[System]:
+    """Our own systems and the rivals, or those of some names.
+
+    Raises:
+        PureLightError: there is no such system.
+    """
+    from benchmarks.systems import rivals
+
+    found: list[System] = [*OWN, *getattr(rivals, "RIVALS", ())]
+    if names is None:
+        return found
+    known = {system.name: system for system in found}
+    if unknown := set(names) - set(known):
+        raise PureLightError(f"no system {min(unknown)}; choose from {' '.join(known)}")
+    return [known[name] for name in known if name in names]
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,117 @@
+"""What was measured: JSON lines, one a (lamp, system, task, samples)."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+NAME = "records.jsonl"
+
+
+@dataclass(frozen=True)
+class Record:
+    """One picture's figures, or why there is none.
+
+    Arguments:
+        lamp, system, task: by name; without system and task it tells why a lamp has no figures.
+        key: of all that the figures depend on; `code`: of the product's source.
+        kind: of the task.
+        samples: per pixel; 0 where there is no picture.
+        seconds: of the processor where it is known and threads are one, else by the clock.
+        clock, warm_up: wall-clock, see `protocol.Frame`.
+        memory: peak of the process that rendered, in MB; None if not known.
+        cost: of `protocol.Cost`: seconds, megabytes, parts.
+        figures: see `errors.measure`.
+        picture: its file, relative to the records.
+        last: whether the series ends with it.
+        failed: one line.
+    """
+
+    lamp: str
+    system: str
+    task: str
+    key: str
+    code: str = ""
+    kind: str = ""
+    samples: int = 0
+    seconds: float = 0.0
+    clock: float = 0.0
+    warm_up: float = 0.0
+    memory: float | None = None
+    cost: dict[str, Any] = field(default_factory=dict)
+    figures: dict[str, Any] = field(default_factory=dict)
+    picture: str = ""
+    last: bool = False
+    failed: str = ""
+
+    @property
+    def series(self) -> tuple[str, str, str]:
+        """Lamp, system and task."""
+        return self.lamp, self.system, self.task
+
+    def figure(self, name: str) -> float | None:
+        """A figure that is a finite number, or None."""
+        value = self.figures.get(name)
+        good = isinstance(value, int | float) and math.isfinite(value)
+        return float(value) if good else None  # type: ignore[arg-type]
+
+
+class Records:
+    """The lines of a file; later ones of a series with another key replace the earlier."""
+
+    def __init__(self, folder: Path) -> None:
+        self.path = folder / NAME
+        self.lines: list[Record] = []
+        if self.path.is_file():
+            self.lines = [r for t in self.path.read_text().splitlines() if (r := _read(t))]
+
+    def add(self, record: Record) -> None:
+        """Append a line, which is on the disk when this returns."""
+        self.lines.append(record)
+        self.path.parent.mkdir(parents=True, exist_ok=True)
+        whole = not self.path.is_file() or self.path.read_bytes()[-1:] in (b"\n", b"")
+        with open(self.path, "ab") as file:
+            text = json.dumps(asdict(record), allow_nan=False, default=float)
+            file.write((b"" if whole else b"\n") + text.encode() + b"\n")
+            file.flush()
+            os.fsync(file.fileno())
+
+    def ended(self, series: tuple[str, str, str], key: str) -> bool:
+        """Whether a series of this key came to its end, good or bad."""
+        return any(r.series == series and r.key == key and r.last for r in self.lines)
+
+    def current(self) -> list[Record]:
+        """What counts: of each series the last run, one record for each number of samples."""
+        keys = {r.series: r.key for r in self.lines}
+        found: dict[tuple[Any, ...], Record] = {}
+        for record in self.lines:
+            if record.key == keys[record.series]:
+                place = (*record.series, record.samples)
+                found.pop(place, None)
+                if record.samples:
+                    found.pop((*record.series, 0), None)  # it failed before, and does no more
+                found[place] = record
+        return list(found.values())
+
+
+def _read(text: str) -> Record | None:
+    """A line's record; None for one that an interruption cut off."""
+    try:
+        return Record(**json.loads(text))
+    except (ValueError, TypeError):
+        return None
+
+
+def plain(value: Any) -> Any:
+    """Figures as JSON has them: numbers that are not finite become None."""
+    if isinstance(value, dict):
+        return {k: plain(v) for k, v in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(v) for v in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value

@@ -1,0 +1,210 @@
+"""What the paper claims, re-tested: each claim, the records it needs, and a verdict from them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from benchmarks.systems.report.drawing import instances
+from benchmarks.systems.report.series import STRIPS, Results, Step, reach
+
+ACCURATE, FAST, PATH = "purelight_accurate", "purelight_fast", "path"
+NCL, SHELLS, HISTOGRAM = "ncl", ("shell_4d", "shell_4d_factorised"), "histogram"
+SAMPLES, MANY = 64, 1_000_000  # ours, and path tracing's, as in the paper's first figure
+FASTER, BIAS = 0.4, 0.03  # less time, and the mean error that is called little here
+VAGUE = 0.03  # relative variance of a truth that tells nothing
+GROWTH = 1.2  # of memory from one lamp to the most: no growth is below
+# Whether it holds on a lamp (None: the noise does not tell), and figures; None: no records
+Finding = tuple[bool | None, str] | None
+
+
+@dataclass(frozen=True)
+class Claim:
+    """A claim of the paper.
+
+    Arguments:
+        text: what is claimed; `test`: what is asked of the records here.
+        judge: of one lamp.
+    """
+
+    text: str
+    test: str
+    judge: Callable[[Results, str], Finding]
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What is found, in a few words, with figures by lamp.
+
+    `holds`, `holds on k of n lamps`, `does not hold`, `too noisy to tell`, or `not measured`.
+    """
+
+    claim: Claim
+    word: str
+    figures: dict[str, str]
+
+
+def verdicts(results: Results) -> list[Verdict]:
+    """All claims, judged by what is measured."""
+    return [verdict(claim, results) for claim in CLAIMS]
+
+
+def verdict(claim: Claim, results: Results) -> Verdict:
+    """One claim on all lamps that have the records for it."""
+    found = {lamp: claim.judge(results, lamp) for lamp in results.lamps}
+    known = {lamp: finding for lamp, finding in found.items() if finding is not None}
+    told = [holds for holds, _ in known.values() if holds is not None]
+    if not told:
+        word = "too noisy to tell" if known else "not measured"
+    elif all(told):
+        word = "holds"
+    else:
+        word = f"holds on {sum(told)} of {len(told)} lamps" if any(told) else "does not hold"
+    return Verdict(claim, word, {lamp: text for lamp, (_, text) in known.items()})
+
+
+def _at(steps: list[Step], samples: int) -> Step | None:
+    """The step of so many samples, or the last below it."""
+    able = [s for s in steps if s.samples <= samples]
+    return able[-1] if able else None
+
+
+def _few_samples(results: Results, lamp: str) -> Finding:
+    texts, enough = [], []
+    for kind in ("illumination", "appearance"):
+        ours = _at(results.steps(lamp, ACCURATE, kind), SAMPLES)
+        if ours is None or ours.samples < SAMPLES:
+            continue
+        error = ours.figures["relative_error"]
+        if ours.figures["truth_variance"] > VAGUE:
+            texts.append(f"{kind}: the truth is too noisy to tell")
+            continue
+        met = reach(results.steps(lamp, PATH, kind), error)
+        if met is None:
+            continue
+        how = " (extrapolated as 1 / samples)" if met.extrapolated else ""
+        texts.append(
+            f"{kind}: relMSE {error:.2g} at {ours.samples} spp; path tracing needs "
+            f"{met.samples:.2g} spp{how}, {met.seconds / ours.seconds:.1f} times our time"
+        )
+        enough.append(met.samples >= MANY)
+    return (all(enough) if enough else None, "; ".join(texts)) if texts else None
+
+
+def _fast(results: Results, lamp: str) -> Finding:
+    slow, fast = _common(results, lamp, FAST)
+    if slow is None or fast is None:
+        return None
+    less = 1 - fast.seconds / slow.seconds
+    bias, other, noise = fast.figures["mean"], slow.figures["mean"], fast.figures["mean_noise"]
+    text = (
+        f"{less:+.0%} less time at {fast.samples} spp, mean {bias:+.1%} (accurate {other:+.1%},"
+        f" standard error {noise:.1%})"
+    )
+    return less > FASTER and abs(bias) < BIAS, text
+
+
+def _common(results: Results, lamp: str, other: str) -> tuple[Step | None, Step | None]:
+    """Our accurate mode and another system in the room, at the most samples that both have."""
+    steps = [
+        {s.samples: s for s in results.steps(lamp, name, "illumination")}
+        for name in (ACCURATE, other)
+    ]
+    shared = max(steps[0].keys() & steps[1].keys(), default=0)
+    return steps[0].get(shared), steps[1].get(shared)
+
+
+def _sharper(rivals: tuple[str, ...]) -> Callable[[Results, str], Finding]:
+    def judge(results: Results, lamp: str) -> Finding:
+        ours = results.steps(lamp, ACCURATE, "appearance")
+        theirs = {n: s for n in rivals if (s := results.steps(lamp, n, "appearance"))}
+        if not ours or not theirs or "sharpness" not in ours[-1].figures:
+            return None
+        if ours[-1].figures["truth_variance"] > VAGUE:
+            return None, "the truth is too noisy to tell"
+        mine = ours[-1].figures["sharpness"]
+        other = {n: s[-1].figures["sharpness"] for n, s in theirs.items()}
+        error = {n: s[-1].figures["mape_without_noise"] for n, s in theirs.items()}
+        text = f"sharpness {mine:.2f}, MAPE {ours[-1].figures['mape_without_noise']:.2f}; " + (
+            ", ".join(f"{n} {other[n]:.2f}, MAPE {error[n]:.2f}" for n in theirs)
+        )
+        return all(abs(1 - mine) < abs(1 - s) for s in other.values()), text
+
+    return judge
+
+
+def _quieter(results: Results, lamp: str) -> Finding:
+    ours, theirs = _common(results, lamp, HISTOGRAM)
+    if ours is None or theirs is None:
+        return None
+    flow, histogram = (step.figures["relative_variance"] for step in (ours, theirs))
+    text = f"relative variance at {ours.samples} spp: flow {flow:.3g}, histogram {histogram:.3g}"
+    return flow < histogram, text
+
+
+def _memory(results: Results, lamp: str) -> Finding:
+    points = instances(results, lamp, ACCURATE)
+    if len(points) < 2:
+        return None
+    (few, before), (many, after) = points[0], points[-1]
+    text = f"{few} lamp {before:.0f} MB, {many} lamps {after:.0f} MB"
+    real = instances(results, lamp, PATH)
+    if len(real) > 1:
+        text += f" (the real lamp, path traced: {real[0][1]:.0f} and {real[-1][1]:.0f} MB)"
+    return after < GROWTH * before, text
+
+
+def _rough(results: Results, lamp: str) -> Finding:
+    found = results.last(lamp, FAST, STRIPS)
+    if not found or not found[-1].figures.get("bias"):
+        return None
+    bias = [abs(b) for b in found[-1].figures["bias"] if b is not None]
+    alpha, noise = found[-1].figures["alpha"], found[-1].figures["bias_noise"]
+    if len(bias) < 2:
+        return None
+    half = len(bias) // 2
+    smooth, rough = (sum(part) / len(part) for part in (bias[:half], bias[half:]))
+    text = (
+        f"mean |bias| {smooth:.1%} at alpha {alpha[0]} to {alpha[half - 1]}, {rough:.1%} at "
+        f"{alpha[half]} to {alpha[-1]} (standard error of a strip up to "
+        f"{max(n for n in noise if n is not None):.1%})"
+    )
+    error = max(n for n in noise if n is not None) / math.sqrt(half)  # of a half's mean
+    return (rough < smooth if abs(rough - smooth) > error else None), text
+
+
+CLAIMS = (
+    Claim(
+        "64 samples per pixel are less noisy than a million of path tracing",
+        f"path tracing needs at least {MANY:,} samples to reach our relMSE at {SAMPLES}",
+        _few_samples,
+    ),
+    Claim(
+        "fast mode is more than 40 % faster with little bias",
+        f"at equal samples in the room; little is a mean within {BIAS:.0%} of the truth",
+        _fast,
+    ),
+    Claim(
+        "sharper than NCL on complex lamps", "the detail it shows is nearer to the truth's",
+        _sharper((NCL,)),
+    ),
+    Claim(
+        "learned on the surface is sharper than on a shell",
+        "the detail it shows is nearer to the truth's than that of each shell variant",
+        _sharper(SHELLS),
+    ),
+    Claim(
+        "the flow sampler is less noisy than a histogram",
+        "its variance in the room is less at equal samples", _quieter,
+    ),
+    Claim(
+        "memory does not grow with instances",
+        f"peak memory of the most lamps is below {GROWTH} times that of one", _memory,
+    ),
+    Claim(
+        "the bias of fast mode falls as surfaces get rougher",
+        "its mean magnitude over the rougher half of the strips is below the smoother half's",
+        _rough,
+    ),
+)  # fmt: skip

@@ -1,0 +1,154 @@
+"""Records as series of growing samples, and what tables and fronts read from them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from benchmarks.systems.records import Record
+
+KINDS = ("illumination", "appearance")
+PREFIXES = {"illumination": ("room",), "appearance": ("view_",)}  # of tasks that errors are of
+OURS = "purelight_accurate"  # whose time is the equal time
+GLARE, FLOOR, STRIPS, HALL = "glare_", "floor", "roughness", "instances_"
+
+
+@dataclass(frozen=True)
+class Step:
+    """A system at one number of samples: means over the tasks of a kind.
+
+    Arguments:
+        figures: that all of them have.
+    """
+
+    samples: int
+    seconds: float
+    figures: dict[str, float]
+
+
+class Results:
+    """The records that count, by lamp, system and task."""
+
+    def __init__(self, records: Iterable[Record]) -> None:
+        self.records = list(records)
+        self.lamps = _unique(r.lamp for r in self.records if r.system)
+        self.systems = _unique(r.system for r in self.records if r.system)
+
+    def of(self, lamp: str, system: str, prefix: str) -> list[Record]:
+        """Pictures of tasks whose names begin so, by growing samples."""
+        found = [
+            r
+            for r in self.records
+            if (r.lamp, r.system) == (lamp, system) and r.task.startswith(prefix) and r.samples
+        ]
+        return sorted(found, key=lambda r: r.samples)
+
+    def last(self, lamp: str, system: str, prefix: str) -> list[Record]:
+        """The last picture of each such task."""
+        return list({r.task: r for r in self.of(lamp, system, prefix)}.values())
+
+    def chosen(self, lamp: str, system: str, prefix: str, *, equal_time: bool) -> list[Record]:
+        """The last picture of each such task, or that done in the time of our last one."""
+        if not equal_time:
+            return self.last(lamp, system, prefix)
+        ours = {r.task: r.seconds for r in self.last(lamp, OURS, prefix)}
+        every = self.of(lamp, system, prefix)
+        tasks = _unique(r.task for r in every)
+        picks = (at_equal_time([r for r in every if r.task == t], ours.get(t)) for t in tasks)
+        return [r for r in picks if r is not None]
+
+    def reason(self, lamp: str, system: str, prefixes: Sequence[str]) -> str:
+        """Why a system has no picture of such tasks, if it failed."""
+        found = (
+            r.failed
+            for r in self.records
+            if (r.lamp, r.system) == (lamp, system) and r.task.startswith(tuple(prefixes))
+        )
+        return next((reason for reason in found if reason), "")
+
+    def steps(self, lamp: str, system: str, kind: str) -> list[Step]:
+        """Errors at each number of samples that all tasks of a kind have."""
+        every = [r for p in PREFIXES[kind] for r in self.of(lamp, system, p)]
+        records = [r for r in every if r.figure("relative_error") is not None]
+        tasks = {r.task for r in records}
+        return [
+            _mean([r for r in records if r.samples == count])
+            for count in sorted({r.samples for r in records})
+            if {r.task for r in records if r.samples == count} == tasks
+        ]
+
+    def cost(self, lamp: str, system: str) -> tuple[float, float] | None:
+        """Seconds of precomputation and stored megabytes."""
+        for record in reversed(self.records):
+            if (record.lamp, record.system) == (lamp, system) and record.samples:
+                return float(record.cost["seconds"]), float(record.cost["megabytes"])
+        return None
+
+
+def at_equal_time(records: Sequence[Record], seconds: float | None) -> Record | None:
+    """The record with the most samples that takes no longer (a tenth aside), or the first."""
+    if not records:
+        return None
+    able = [r for r in records if seconds is None or r.seconds <= 1.1 * seconds]
+    return able[-1] if able else records[0]
+
+
+def _mean(records: list[Record]) -> Step:
+    names = set.intersection(*({n for n in r.figures if r.figure(n) is not None} for r in records))
+    count = len(records)
+    figures = {n: sum(r.figure(n) or 0.0 for r in records) / count for n in names}
+    return Step(records[0].samples, sum(r.seconds for r in records) / count, figures)
+
+
+def _unique(names: Iterable[str]) -> list[str]:
+    return list(dict.fromkeys(names))
+
+
+def within(steps: Sequence[Step], seconds: float) -> Step | None:
+    """The last step that takes no longer, a tenth aside; the first if all do."""
+    if not steps:
+        return None
+    able = [s for s in steps if s.seconds <= 1.1 * seconds]
+    return able[-1] if able else steps[0]
+
+
+@dataclass(frozen=True)
+class Reached:
+    """Samples and seconds at which an error is reached.
+
+    Arguments:
+        extrapolated: past the series' end, where the error is taken to fall as 1 / samples.
+    """
+
+    samples: float
+    seconds: float
+    extrapolated: bool
+
+
+def reach(steps: Sequence[Step], error: float, name: str = "relative_error") -> Reached | None:
+    """Where a series comes down to an error, log-log between its steps.
+
+    Before the first step it is that step's samples: so many were enough. Past the end, a mean
+    square error of pure noise falls as 1 / samples: where the last half did not fall (bias), or
+    without steps, None.
+    """
+    known = [s for s in steps if s.figures.get(name, 0) > 0]
+    if not known or error <= 0:
+        return None
+    for earlier, later in zip([None, *known[:-1]], known, strict=True):
+        if later.figures[name] > error:
+            continue
+        if earlier is None:
+            return Reached(later.samples, later.seconds, False)
+        a, b = earlier.figures[name], later.figures[name]
+        t = (math.log(a) - math.log(error)) / (math.log(a) - math.log(b))
+        return Reached(
+            earlier.samples * (later.samples / earlier.samples) ** t,
+            earlier.seconds * (later.seconds / max(earlier.seconds, 1e-9)) ** t, False,
+        )  # fmt: skip
+    end = known[-1]
+    if len(known) < 2 or end.figures[name] >= known[0].figures[name]:
+        return None
+    factor = end.figures[name] / error
+    return Reached(end.samples * factor, end.seconds * factor, True)

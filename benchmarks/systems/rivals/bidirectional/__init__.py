@@ -1,0 +1,1 @@
+"""LuxCoreRender's bidirectional path tracer on the real lamp."""

@@ -1,0 +1,23 @@
+"""The emitter plugin of `rays`. Import it once a variant of Mitsuba is set."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import mitsuba as mi
+import numpy as np
+
+from purelight_format.measures import Placement
+from purelight_train.light.plugins import ray_file_plugin
+
+RayFileEmitter: Any = ray_file_plugin()
+
+
+class ReplayEmitter(RayFileEmitter):
+    """A ray file whose power grows with the square of the lamp's size, as that of our bundles."""
+
+    def __init__(self, props: mi.Properties) -> None:
+        super().__init__(props)
+        if "to_world" in props:
+            scale = Placement.of(np.array(props["to_world"].matrix), self.file.name).scale
+            self._power *= scale**2

@@ -1,0 +1,1 @@
+"""Wavelet representation of complex luminaires (Atanasov & Koylazov 2025), re-implemented."""

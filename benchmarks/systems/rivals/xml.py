@@ -1,0 +1,23 @@
+"""Pieces of Mitsuba scenes that the rivals write."""
+
+from __future__ import annotations
+
+import os
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+from purelight_examples.scenes.lamp_choice import Point, RealLamp, move
+
+
+def file_emitter(kind: str, file: Path, folder: Path, at: Point) -> ET.Element:
+    """An emitter made of a file, for a scene in `folder`, its frame's origin at `at`."""
+    light = ET.Element("emitter", type=kind, id="lamp")
+    name = os.path.relpath(file.resolve(), folder.resolve()).replace(os.sep, "/")
+    ET.SubElement(light, "string", name="filename", value=name)
+    move(light, at)
+    return light
+
+
+def stock(plugin: str) -> ET.Element:
+    """One of Mitsuba's integrators as the real lamps are rendered by."""
+    return RealLamp(Path(), plugin).integrator()

@@ -1,0 +1,96 @@
+"""What every task has besides its scene: a truth, and figures of its own."""
+
+from __future__ import annotations
+
+import time
+from abc import ABC, abstractmethod
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks.systems.protocol import Subject
+from benchmarks.systems.tasks import placing
+from benchmarks.systems.tasks.truth import Mask, Truth
+from purelight_examples.scenes.lamp_choice import LampChoice, RealLamp
+from purelight_train.truth.picture import Passes, Picture
+
+PASSES = 16  # of a light-traced truth, at least
+PATHS_OF_A_PASS = 1 << 21
+CLEAR = 1.1  # radii of the lamp's sphere that no judged pixel's ray meets, where it is not judged
+SEED = 0x7A57  # of truths: that of no series
+Figures = dict[str, Any]
+
+
+class JudgedTask(ABC):
+    """A task with a truth. Subclasses are frozen dataclasses: their `repr` says what they are.
+
+    Arguments:
+        name, kind: see `protocol.Task`.
+        measured: whether pictures are judged; else time and memory alone.
+    """
+
+    name: str
+    kind: str
+    measured: bool = True
+
+    @abstractmethod
+    def scene(self, subject: Subject, lamp: LampChoice, folder: Path) -> Path:
+        """Write the scene with this lamp in it; returns the XML's path."""
+
+    def mask(self, subject: Subject, scene: Any) -> Mask:
+        """Pixels that are judged, all by default; `scene` is the loaded one of the real lamp."""
+        width, height = (int(n) for n in scene.sensors()[0].film().size())
+        return np.ones((height, width), bool)
+
+    def truth(self, subject: Subject, folder: Path, paths: int) -> Truth:
+        """The real lamp by Mitsuba's light tracer in this task's scene; for a process of its own.
+
+        Arguments:
+            paths: light paths in all, rounded up to whole passes.
+        """
+        mi = ready(subject)
+        start = time.perf_counter()
+        folder.mkdir(parents=True, exist_ok=True)
+        scene = mi.load_file(str(self.scene(subject, RealLamp(subject.scene, "ptracer"), folder)))
+        pixels = int(np.prod(scene.sensors()[0].film().size()))
+        count = 2 * -(-max(PASSES, paths // PATHS_OF_A_PASS) // 2)
+        spp, sums = max(paths // count // pixels, 1), Passes()
+        for seed in range(count):
+            image = mi.render(scene, spp=spp, seed=SEED + seed)
+            sums.add(np.nan_to_num(np.array(image, np.float64)[..., :3], posinf=0.0, neginf=0.0))
+        seconds = time.perf_counter() - start
+        return Truth(sums.picture(), self.mask(subject, scene), count * spp * pixels, seconds)
+
+    def figures(self, subject: Subject, picture: Picture, truth: Truth) -> Figures:
+        """What this task asks besides the usual errors."""
+        return {}
+
+
+def past_the_lamp(scene: Any, size: int) -> Mask:
+    """Pixels whose middle rays pass the enlarged lamp's sphere by a tenth of its radius.
+
+    Arguments:
+        scene: of the real lamp, loaded, with a square picture of so many pixels a side.
+    """
+    import mitsuba as mi
+
+    grid = np.stack(np.meshgrid(*2 * [np.arange(size)]), -1).reshape(-1, 2) + 0.5
+    at = mi.Point2f(np.ascontiguousarray(grid.T / size, np.float32))
+    ray, _ = scene.sensors()[0].sample_ray(0, 0.5, at, 0.5)
+    origin, direction = (np.array(v, np.float64).T for v in (ray.o, ray.d))
+    along = (origin * direction).sum(1, keepdims=True)
+    off = np.linalg.norm(origin - along * direction, axis=1)
+    return (off > CLEAR * placing.RADIUS).reshape(size, size)
+
+
+def ready(subject: Subject) -> Any:
+    """Mitsuba with its variant, quiet, on the subject's threads."""
+    from purelight_mitsuba.platform import use
+
+    mi = use()
+    import drjit as dr
+
+    mi.set_log_level(mi.LogLevel.Error)
+    dr.set_thread_count(subject.threads)
+    return mi

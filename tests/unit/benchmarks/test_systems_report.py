@@ -1,0 +1,248 @@
+"""The report of the benchmark of systems, from made-up records."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from benchmarks.systems.own import OWN
+from benchmarks.systems.records import Record, Records
+from benchmarks.systems.report import claims, drawing, report, tables
+from benchmarks.systems.report.series import Results, Step, at_equal_time, reach, within
+from benchmarks.systems.tasks.truth import Truth
+from purelight_format.errors import PureLightError
+from purelight_train.truth.picture import Passes
+from tests.unit.benchmarks.systems_twin import Noisy, record
+
+NAMES = ("path", "purelight_accurate", "purelight_fast")
+
+
+def series(
+    system: str, task: str, error: float, seconds: float, floor: float = 0.0, **figures: object
+) -> list[Record]:
+    """Errors that fall as 1 / samples down to a floor."""
+    return [
+        record("ball", system, task, n, seconds * n, error / n + floor, **figures)
+        for n in (2, 4, 8, 16, 32, 64)
+    ]
+
+
+def bench() -> list[Record]:
+    """Our modes, path tracing, and a rival that can do illumination alone and is best at it."""
+    made = []
+    for task in ("room", "view_side"):
+        made += series("path", task, 5e3, 0.01, sharpness=0.9)
+        made += series("purelight_accurate", task, 0.1, 0.1, sharpness=0.8)
+        made += series("purelight_fast", task, 0.1, 0.05, sharpness=0.8)
+    made += series("noisy", "room", 0.01, 0.1)
+    made.append(record("ball", "noisy", "floor", 64, 1, 0.1, lux_error=-0.02, lux_absolute=0.03))
+    made.append(record("ball", "path", "glare_near", 64, 1, 0.1, ugr_error=-1.5))
+    for system, memory in (("purelight_accurate", (300.0, 303.0)), ("path", (240.0, 900.0))):
+        for count, peak in zip((1, 16), memory, strict=True):
+            made.append(record("ball", system, f"instances_{count}", 4, 1, 0.1, peak))
+    return made
+
+
+def word(text: str, records: list[Record]) -> str:
+    found = [v.word for v in claims.verdicts(Results(records)) if text in v.claim.text]
+    assert len(found) == 1
+    return found[0]
+
+
+def test_table_marks_the_best_and_tells_why_there_is_a_dash() -> None:
+    failed = Record("ball", "purelight_fast", "room", "k2", kind="illumination", failed="no luck")
+    lost = [r for r in bench() if (r.system, r.task) != ("purelight_fast", "room")]
+    grid = tables.main(Results([*lost, failed]), [*OWN, Noisy()])
+    table = {row[1]: dict(zip(grid.head, row, strict=True)) for row in grid.rows}
+    assert table["noisy"]["relMSE, lit"] == "**0.000156**"
+    assert table["purelight_accurate"]["relMSE, lit"] == "0.00156"
+    assert table["purelight_fast"]["relMSE, lit"] == "-"
+    assert table["noisy"]["MAPE"] == "-"
+    assert table["path"]["UGR"] == "1.50"
+    assert table["noisy"]["illuminance"] == "-2.0%"
+    assert any("noisy: cannot show appearance" in note for note in grid.notes)
+    assert any("no luck" in note for note in grid.notes)
+    assert grid.markdown().count("\n| ball |") == 4
+
+
+def test_equal_time_takes_what_fits() -> None:
+    results = Results(bench())
+    seconds = tables.common_seconds(results)
+    assert seconds[("illumination", "ball")] == pytest.approx(6.4)
+    grid = tables.equal_time(results, OWN, {("illumination", "ball"): 0.65})
+    samples = {row[1]: row[grid.head.index("samples")] for row in grid.rows}
+    assert samples == {
+        "path": "64", "purelight_accurate": "4", "purelight_fast": "8", "noisy": "4",
+    }  # fmt: skip
+
+
+def test_within_and_reach() -> None:
+    steps = [Step(n, 0.1 * n, {"relative_error": 1 / n}) for n in (2, 4, 8)]
+    assert within(steps, 0.42) == steps[1]
+    assert within(steps, 0.01) == steps[0]
+    assert within([], 1) is None
+    met = reach(steps, 1 / 6)
+    assert met is not None
+    assert (met.samples, met.extrapolated) == (pytest.approx(6), False)
+    beyond = reach(steps, 1 / 800)
+    assert beyond is not None
+    assert (beyond.samples, beyond.seconds) == (pytest.approx(800), pytest.approx(80))
+    assert beyond.extrapolated
+    flat = [Step(n, n, {"relative_error": 0.5}) for n in (2, 4)]
+    assert reach(flat, 0.1) is None
+    assert reach([], 0.1) is None
+
+
+def test_csv_holds_every_record() -> None:
+    records = bench()
+    found = list(csv.DictReader(io.StringIO(tables.rows_csv(records))))
+    assert len(found) == len(records)
+    assert float(found[0]["relative_error"]) == pytest.approx(2500)
+    assert found[-1]["task"] == "instances_16"
+
+
+def test_claims_are_judged_by_the_records() -> None:
+    records = bench()
+    assert word("64 samples", records) == "holds"
+    assert word("40 %", records) == "holds"
+    assert word("memory", records) == "holds"
+    for text in ("NCL", "shell", "histogram", "bias of fast mode falls"):
+        assert word(text, records) == "not measured"
+    assert {v.word for v in claims.verdicts(Results([]))} == {"not measured"}
+
+
+def test_claims_can_fail() -> None:
+    records = [r for r in bench() if r.system != "path"]
+    records += [r for t in ("room", "view_side") for r in series("path", t, 50.0, 0.01)]
+    assert word("64 samples", records) == "does not hold"
+    slow = [r for r in bench() if r.system != "purelight_fast"]
+    slow += series("purelight_fast", "room", 0.1, 0.09)
+    assert word("40 %", slow) == "does not hold"
+    biased = [r for r in bench() if r.system != "purelight_fast"]
+    biased += series("purelight_fast", "room", 0.1, 0.05, mean=-0.2)
+    assert word("40 %", biased) == "does not hold"
+    ncl = [*bench(), *series("ncl", "view_side", 0.1, 0.1, sharpness=0.95)]
+    assert word("NCL", ncl) == "does not hold"
+    assert word("NCL", [*bench(), *series("ncl", "view_side", 0.1, 0.1, sharpness=0.5)]) == "holds"
+    quiet = [*bench(), *series("histogram", "room", 0.05, 0.1)]
+    assert word("histogram", quiet) == "does not hold"
+    assert word("histogram", [*bench(), *series("histogram", "room", 0.5, 0.1)]) == "holds"
+    grown = [r for r in bench() if r.task != "instances_16"]
+    grown.append(record("ball", "purelight_accurate", "instances_16", 4, 1, 0.1, 500.0))
+    assert word("memory", grown) == "does not hold"
+
+
+def test_a_noisy_truth_tells_nothing() -> None:
+    records = [
+        Record(**{**vars(r), "figures": {**r.figures, "truth_variance": 0.5}}) for r in bench()
+    ]
+    assert word("64 samples", records) == "too noisy to tell"
+    ncl = [*records, *series("ncl", "view_side", 0.1, 0.1, sharpness=0.5)]
+    assert word("NCL", ncl) == "too noisy to tell"
+
+
+def test_a_claim_may_hold_on_some_lamps() -> None:
+    other = [
+        Record(**{**vars(r), "lamp": "cube", "memory": 9e3 if r.task == "instances_16" else 1e3})
+        for r in bench()
+    ]
+    assert word("memory", [*bench(), *other]) == "holds on 1 of 2 lamps"
+
+
+def test_bias_against_roughness_is_drawn_and_judged() -> None:
+    strips = {"alpha": [0.05, 0.1, 0.3, 0.8], "bias": [-0.3, -0.2, None, 0.01]}
+    noise = {"bias_noise": [0.01, 0.01, None, 0.01]}
+    made = [record("ball", "purelight_fast", "roughness", 64, 1, 0.1, **strips, **noise)]
+    assert drawing.roughness(Results(made)).keys() == {"roughness_ball"}
+    assert word("bias of fast mode falls", made) == "holds"
+    vague = noise | {"bias_noise": [0.5, 0.5, None, 0.5]}
+    made = [record("ball", "purelight_fast", "roughness", 64, 1, 0.1, **strips, **vague)]
+    assert word("bias of fast mode falls", made) == "too noisy to tell"
+    turned = strips | {"bias": [0.0, 0.01, -0.2, -0.3]}
+    made = [record("ball", "purelight_fast", "roughness", 64, 1, 0.1, **turned, **noise)]
+    assert word("bias of fast mode falls", made) == "does not hold"
+
+
+def picture(folder: Path, made: Record) -> Record:
+    """A record with a picture of its samples' noise."""
+    name = f"{made.lamp}-{made.system}-{made.task}-{made.samples}.npz"
+    noise = np.random.default_rng(0).standard_normal((8, 8, 3)) / math.sqrt(made.samples)
+    np.savez(folder / name, image=1 + noise)
+    return Record(**{**vars(made), "picture": name})
+
+
+def test_the_report_holds_everything(tmp_path: Path) -> None:
+    records = Records(tmp_path)
+    for made in bench():
+        records.add(picture(tmp_path, made))
+    records.add(Record("cube", "", "", "lamp", failed="no light leaves it"))
+    sums = Passes()
+    for _ in range(2):
+        sums.add(np.ones((8, 8, 3)))
+    truth = Truth(sums.picture(), np.ones((8, 8), bool), 100, 0)
+    truth.save(tmp_path / "ball/truth/room-1.npz")
+    (tmp_path / "ball/truth/room.txt").write_text("room-1.npz")
+    text = report.write(tmp_path, [*OWN, Noisy()], tmp_path / "published")
+    assert "no light leaves it" in text
+    assert "**holds**: memory" in text
+    for folder in (tmp_path / "report", tmp_path / "published"):
+        names = {path.name for path in folder.iterdir()}
+        assert names == {
+            "results.csv", "results.md", "index.html", "front_ball_appearance.png",
+            "front_ball_illumination.png", "memory_ball.png", "row_ball_room.png",
+        }  # fmt: skip
+    page = (tmp_path / "published/index.html").read_text()
+    assert page.count("data:image/png") == 4
+    assert 'src="http' not in page
+    again = Image.open(tmp_path / "report/row_ball_room.png")
+    assert again.size[0] == 5 * (again.size[0] // 5)
+
+
+def test_floors_are_compared_at_equal_time() -> None:
+    made = [*series("purelight_accurate", "floor", 0.1, 0.1, lux_absolute=0.01)]
+    made += [record("ball", "path", "floor", n, 0.2 * n, 1, lux_absolute=1 / n) for n in (16, 64)]
+    found = Results(made)
+    last, equal = (
+        found.chosen("ball", "path", "floor", equal_time=equal)[0].samples
+        for equal in (False, True)
+    )
+    assert (last, equal) == (64, 16)
+
+
+def test_rows_are_chosen_at_equal_time() -> None:
+    found = [r for r in bench() if (r.system, r.task) == ("purelight_fast", "room")]
+    chosen = at_equal_time(found, 0.45)
+    assert chosen is not None
+    assert chosen.samples == 8
+    assert at_equal_time([], 1) is None
+
+
+def test_pictures_belong_to_the_longest_name() -> None:
+    lamps = ["flower", "flower_specular"]
+    owners = [report._owner(f"front_{lamp}_appearance.png", lamps) for lamp in lamps]
+    assert owners == lamps
+    assert report._owner("memory_flower_specular.png", lamps) == "flower_specular"
+    assert report._owner("results.csv", lamps) == ""
+
+
+def test_a_large_page_that_is_published_has_its_pictures_beside_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for made in bench():
+        Records(tmp_path).add(made)
+    monkeypatch.setattr(report, "LIMIT", 60_000)
+    report.write(tmp_path, OWN, tmp_path / "published")
+    assert "data:image" in (tmp_path / "report/index.html").read_text()
+    page = (tmp_path / "published/index.html").read_text()
+    assert "data:image" not in page
+    assert 'src="front_ball_appearance.png"' in page
+    monkeypatch.setattr(report, "LIMIT", 1000)
+    with pytest.raises(PureLightError, match="publish fewer lamps"):
+        report.write(tmp_path, OWN, tmp_path / "nothing")
+    assert not (tmp_path / "nothing").exists()

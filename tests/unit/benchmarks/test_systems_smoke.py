@@ -1,0 +1,30 @@
+"""The whole benchmark of systems at its smallest scale; minutes, so marked slow."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from benchmarks.systems.records import Records
+from benchmarks.systems.scales import scale
+
+ROOT = Path(__file__).parents[3]
+OWN = ("path", "ptracer", "purelight_accurate", "purelight_fast")
+
+
+@pytest.mark.slow
+def test_one_command_measures_and_reports(tmp_path: Path) -> None:
+    words = ["--output", str(tmp_path), "--scale", "smoke", "--systems", *OWN]
+    subprocess.run([sys.executable, "-m", "benchmarks.systems", *words], check=True, cwd=ROOT)
+    records = Records(tmp_path / "smoke").current()
+    assert not [r for r in records if r.failed]
+    tasks = {task.name for task in scale("smoke").tasks(0.1)}
+    assert {(r.system, r.task) for r in records} == {(s, t) for s in OWN for t in tasks}
+    light = [r for r in records if (r.system, r.task) == ("ptracer", "room")][-1]
+    assert abs(light.figures["mean"]) < 4 * light.figures["mean_noise"]
+    report = tmp_path / "smoke/report"
+    assert "not measured" in (report / "results.md").read_text()
+    assert (report / "index.html").stat().st_size > 100_000
