@@ -25,8 +25,9 @@ from purelight_format.bundle import Bundle
 from purelight_format.errors import PureLightError
 from purelight_format.measures import BoundingSphere
 from purelight_format.members.surface import Surface
-from tests.support import analytic_lamps, rival_floor
-from tests.support.rival_floor import CENTRE, FLUX, RADIUS, Floor
+from tests.support import analytic_lamps
+from tests.unit.benchmarks import rival_floor
+from tests.unit.benchmarks.rival_floor import CENTRE, FLUX, RADIUS, Floor
 
 
 def error(image: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
@@ -262,6 +263,28 @@ def test_bidirectional_on_a_floor_under_a_sphere(tmp_path: Path) -> None:
     ratio, rms = error(lux(rival_floor.subject(tmp_path), tmp_path, 512))
     assert np.abs(ratio - 1).max() < 0.02
     assert rms < 0.08
+
+
+SIDES = [("0", False, True), ("180", False, False), ("0", True, False), ("180", True, True)]
+
+
+@pytest.mark.parametrize(("angle", "flipped", "dark"), SIDES)
+def test_lights_shine_to_the_side_of_their_normals(
+    angle: str, flipped: bool, dark: bool, tmp_path: Path
+) -> None:
+    """As the mesh that LuxCore is given has it: the winding of its faces says where it shines."""
+    from benchmarks.systems.rivals.bidirectional.conversion import convert
+
+    more = f"""<sensor type="perspective"/><shape type="rectangle">
+      <boolean name="flip_normals" value="{str(flipped).lower()}"/>
+      <transform name="to_world"><rotate x="1" angle="{angle}"/></transform>
+      <emitter type="area"><rgb name="radiance" value="1"/></emitter></shape>"""
+    scene = mi.load_file(str(rival_floor.subject(tmp_path, more).scene), optimize=False)
+    convert(scene, tmp_path, seen=False)
+    with np.load(tmp_path / "meshes.npz") as meshes:
+        a, b, c = meshes["shape1.vertices"][meshes["shape1.faces"][0]]
+    up = np.cross(b - a, c - a)[2] > 0
+    assert up == dark
 
 
 def test_bidirectional_through_a_glass_globe(tmp_path: Path) -> None:

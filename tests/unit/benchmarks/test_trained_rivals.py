@@ -18,8 +18,9 @@ from benchmarks.systems.rivals.teacher import Teacher
 from benchmarks.systems.rivals.wcl.system import Wcl
 from purelight_export.export import export
 from purelight_format.bundle import Bundle
-from tests.support import rival_floor, tiny
-from tests.support.rival_floor import CENTRE, RADIANCE, RADIUS, Floor
+from tests.support import tiny
+from tests.unit.benchmarks import rival_floor
+from tests.unit.benchmarks.rival_floor import CENTRE, RADIANCE, RADIUS, Floor
 
 pytestmark = pytest.mark.slow
 
