@@ -316,12 +316,14 @@ def test_what_luxcore_has_not_is_refused(bsdf: str, message: str, tmp_path: Path
     assert not (tmp_path / "scene.json").exists()
 
 
-def test_glass_is_of_one_kind_where_it_is_seen() -> None:
-    from benchmarks.systems.rivals.bidirectional.materials import alike
+def test_rough_glass_is_not_looked_at(tmp_path: Path) -> None:
+    from benchmarks.systems.rivals.bidirectional.conversion import convert
 
-    glass, rough = {"type": ["glass"], "kr": [1.0]}, {"type": ["roughglass"], "kr": [1.0]}
-    assert alike({"a": glass}) == {"a": glass}
-    assert alike({"a": glass, "b": rough})["a"]["type"] == ["roughglass"]
+    more = GLASS + '<sensor type="perspective"/>'
+    scene = mi.load_file(str(rival_floor.subject(tmp_path, more).scene), optimize=False)
+    convert(scene, tmp_path, seen=False)
+    with pytest.raises(PureLightError, match="rough glass brighter"):
+        convert(scene, tmp_path, seen=True)
 
 
 # Wavelets
