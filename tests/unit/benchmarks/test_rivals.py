@@ -25,8 +25,9 @@ from purelight_format.bundle import Bundle
 from purelight_format.errors import PureLightError
 from purelight_format.measures import BoundingSphere
 from purelight_format.members.surface import Surface
-from tests.support import analytic_lamps, rival_floor
-from tests.support.rival_floor import CENTRE, FLUX, RADIUS, Floor
+from tests.support import analytic_lamps
+from tests.unit.benchmarks import rival_floor
+from tests.unit.benchmarks.rival_floor import CENTRE, FLUX, RADIUS, Floor
 
 
 def error(image: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
@@ -264,6 +265,28 @@ def test_bidirectional_on_a_floor_under_a_sphere(tmp_path: Path) -> None:
     assert rms < 0.08
 
 
+SIDES = [("0", False, True), ("180", False, False), ("0", True, False), ("180", True, True)]
+
+
+@pytest.mark.parametrize(("angle", "flipped", "dark"), SIDES)
+def test_lights_shine_to_the_side_of_their_normals(
+    angle: str, flipped: bool, dark: bool, tmp_path: Path
+) -> None:
+    """As the mesh that LuxCore is given has it: the winding of its faces says where it shines."""
+    from benchmarks.systems.rivals.bidirectional.conversion import convert
+
+    more = f"""<sensor type="perspective"/><shape type="rectangle">
+      <boolean name="flip_normals" value="{str(flipped).lower()}"/>
+      <transform name="to_world"><rotate x="1" angle="{angle}"/></transform>
+      <emitter type="area"><rgb name="radiance" value="1"/></emitter></shape>"""
+    scene = mi.load_file(str(rival_floor.subject(tmp_path, more).scene), optimize=False)
+    convert(scene, tmp_path, seen=False)
+    with np.load(tmp_path / "meshes.npz") as meshes:
+        a, b, c = meshes["shape1.vertices"][meshes["shape1.faces"][0]]
+    up = np.cross(b - a, c - a)[2] > 0
+    assert up == dark
+
+
 def test_bidirectional_through_a_glass_globe(tmp_path: Path) -> None:
     from benchmarks.systems.own import LightTracing
 
@@ -293,12 +316,14 @@ def test_what_luxcore_has_not_is_refused(bsdf: str, message: str, tmp_path: Path
     assert not (tmp_path / "scene.json").exists()
 
 
-def test_glass_is_of_one_kind_where_it_is_seen() -> None:
-    from benchmarks.systems.rivals.bidirectional.materials import alike
+def test_rough_glass_is_not_looked_at(tmp_path: Path) -> None:
+    from benchmarks.systems.rivals.bidirectional.conversion import convert
 
-    glass, rough = {"type": ["glass"], "kr": [1.0]}, {"type": ["roughglass"], "kr": [1.0]}
-    assert alike({"a": glass}) == {"a": glass}
-    assert alike({"a": glass, "b": rough})["a"]["type"] == ["roughglass"]
+    more = GLASS + '<sensor type="perspective"/>'
+    scene = mi.load_file(str(rival_floor.subject(tmp_path, more).scene), optimize=False)
+    convert(scene, tmp_path, seen=False)
+    with pytest.raises(PureLightError, match="rough glass brighter"):
+        convert(scene, tmp_path, seen=True)
 
 
 # Wavelets

@@ -9,7 +9,7 @@ from typing import Any
 import mitsuba as mi
 import numpy as np
 
-from benchmarks.systems.rivals.bidirectional.materials import Properties, alike, material
+from benchmarks.systems.rivals.bidirectional.materials import Properties, material, require_visible
 from purelight_format import atomic
 from purelight_format.errors import PureLightError
 from purelight_train.light.luminaire import shape_mesh
@@ -21,7 +21,7 @@ def convert(scene: mi.Scene, folder: Path, *, seen: bool) -> None:
     """Write `scene.json`, properties and the picture's size, and `meshes.npz`.
 
     Arguments:
-        seen: whether the camera looks at the lamp (`materials.alike`).
+        seen: whether the camera looks at the lamp.
 
     Raises:
         PureLightError: something of the scene is not converted, with what it is.
@@ -42,7 +42,9 @@ def convert(scene: mi.Scene, folder: Path, *, seen: bool) -> None:
         properties |= {
             f"scene.objects.{name}.shape": [name], f"scene.objects.{name}.material": [name],
         }  # fmt: skip
-    for name, own in (alike(made) if seen else made).items():
+    if seen:
+        require_visible(made)
+    for name, own in made.items():
         properties |= {f"scene.materials.{name}.{key}": value for key, value in own.items()}
     if len(scene.emitters()) != sum(shape.is_emitter() for shape in scene.shapes()):
         raise PureLightError("LuxCore is given area emitters only")

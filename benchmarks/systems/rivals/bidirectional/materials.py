@@ -35,19 +35,22 @@ def material(bsdf: mi.BSDF, name: str) -> Properties:
     return makers[kind](values, name)
 
 
-def alike(materials: dict[str, Properties]) -> dict[str, Properties]:
-    """All glass rough where some is.
+def require_visible(materials: dict[str, Properties]) -> None:
+    """Refuse lamps that a camera would see otherwise than in Mitsuba.
 
-    On paths from the camera LuxCore's smooth glass scales radiance by the squared index and its
-    rough glass does not: light of a hollow lamp that passes one of each would be twice as bright.
-    Of rough glass alone, as of smooth glass alone, the factors cancel.
+    LuxCore's smooth glass scales radiance by the squared index on paths from the camera and its
+    rough glass does not, so that a hollow lamp of both is twice as bright; with the smooth faces
+    made rough by 0.001 a globe of roughness 0.35 is still a quarter too bright. Light on other
+    surfaces is not concerned: it comes on paths from the lamp.
+
+    Raises:
+        PureLightError: there is rough glass.
     """
-    if not any(own["type"] == ["roughglass"] for own in materials.values()):
-        return materials
-    rough: Properties = {"type": ["roughglass"], "uroughness": [SMOOTH], "vroughness": [SMOOTH]}
-    return {
-        name: own | rough if own["type"] == ["glass"] else own for name, own in materials.items()
-    }
+    if any(own["type"] == ["roughglass"] for own in materials.values()):
+        raise PureLightError(
+            "LuxCore shows rough glass brighter than Mitsuba does where a camera looks at it; only "
+            "the light on other surfaces can be compared"
+        )
 
 
 def _values(bsdf: mi.BSDF) -> dict[str, Any]:

@@ -18,8 +18,8 @@ class Bidirectional:
 
     Scene and lamp are converted where LuxCore has materials of the same formula; other lamps are
     refused. Rough glass has Schlick's shadowing where Mitsuba has Smith's, and metals of a mere
-    colour brighten at grazing angles. Paths of both ends have up to 32 vertices. Where the camera
-    looks at a lamp that has rough glass, all of its glass is rough (`materials.alike`).
+    colour brighten at grazing angles. Paths of both ends have up to 32 vertices. Views of
+    a lamp that has rough glass are refused (`materials.require_visible`).
     """
 
     name = "bidirectional"
