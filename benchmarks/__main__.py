@@ -102,7 +102,7 @@ def measure(
     from benchmarks.checks import CHECKS
     from tests.support.fidelity import appearance
 
-    checks = CHECKS | {"appearance": partial(appearance, **truth)}
+    checks = CHECKS | {"appearance": lambda of: appearance(of, truth["size"], truth["paths"])}
     unknown = set(chosen or ()) - set(checks)
     if unknown:
         raise PureLightError(f"no check {sorted(unknown)}; choose from {' '.join(checks)}")

@@ -172,7 +172,7 @@ class Floor:
         self.seen = np.ones((size, size), bool)
         self.eye = np.eye(4)
         self.eye[:3, 3] = x, y, self.height + 0.5 * sphere.radius
-        self.shot = {
+        self.shot: dict[str, Any] = {
             "camera": self.eye.tolist(), "size": self.edge, "pixels": size, "bounces": 0,
         }  # fmt: skip
         self.steps = [("floor", {"z": self.height, "size": 40 * sphere.radius})]
@@ -221,7 +221,7 @@ class Room:
         self.seen = scenes.unseen(sphere, made)
         turned = np.diag([-1.0, 1, -1, 1])  # Mitsuba's cameras look along +Z, with X to the left.
         eye = _matrix(made["sensor"]["to_world"]) @ turned
-        self.shot = {
+        self.shot: dict[str, Any] = {
             "camera": eye.tolist(), "size": 1.0, "fov": made["sensor"]["fov"], "pixels": size,
             "bounces": BOUNCES,
         }  # fmt: skip

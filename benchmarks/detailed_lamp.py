@@ -28,7 +28,8 @@ from purelight_examples.luminaires.parts import helix, revolve, tube
 
 PAINT = Material("roughplastic", {"alpha": 0.2}, {"diffuse_reflectance": (0.12, 0.3, 0.33)})
 WHITE = Material("diffuse", {}, {"reflectance": (0.85, 0.85, 0.82)})
-RADIANCE = tuple(120.0 * c for c in WARM_WHITE)
+RED, GREEN, BLUE = WARM_WHITE
+RADIANCE = (120.0 * RED, 120.0 * GREEN, 120.0 * BLUE)
 JOINTS = np.array([[-0.16, 0.0, -0.28], [-0.2, 0.0, -0.02], [-0.04, 0.0, 0.12]])
 
 
@@ -75,7 +76,7 @@ def _hardware() -> list[Part]:
     springs, screws = [], []
     for a, b in itertools.pairwise(JOINTS):
         for side in (-0.016, 0.016):
-            coil = tube(helix(36, 0.005, 0.8 * np.linalg.norm(b - a), 28), 0.0009, 10)
+            coil = tube(helix(36, 0.005, 0.8 * float(np.linalg.norm(b - a)), 28), 0.0009, 10)
             springs.append(_along(coil, a, b, [0, side, 0]))
     for joint in JOINTS:
         screws += [_screw().apply_translation(joint + np.array([0, y, 0])) for y in (-0.012, 0.012)]

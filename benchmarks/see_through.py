@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from purelight_train.truth.backlit import Backlit
-from tests.support.fidelity import Figures, Subject
+from tests.support.fidelity import Figures, Image, Subject
 
 PANELS, GLASS_RAYS = (15.0, 89.9), 16
 VIEWS = ((30.0, 10.0), (30.0, -50.0))  # azimuth and elevation
@@ -26,7 +26,9 @@ def transmittance(subject: Subject, size: int = 64, spp: int = 512) -> Figures:
 
 
 def _before_panel(subject: Subject, size: int, spp: int, half_angle: float) -> Figures:
-    told, true, again = [], [], []
+    told: list[Image] = []
+    true: list[Image] = []
+    again: list[Image] = []
     for azimuth, elevation in VIEWS:
         view = Backlit(subject.description.sphere, size, azimuth, elevation, half_angle)
         lines = [view.lines(np.random.default_rng([9, k])) for k in range(GLASS_RAYS)]

@@ -73,8 +73,8 @@ def _turn(degrees: float) -> NDArray[np.float64]:
 def _turned(records: ExitRecords, centre: NDArray[np.float64], degrees: float) -> ExitRecords:
     """Records of the lamp turned about its centre."""
     turn = _turn(degrees)
-    position = (records.position - centre) @ turn.T + centre
-    direction = records.direction @ turn.T
+    position = ((records.position - centre) @ turn.T + centre).astype(np.float32)
+    direction = (records.direction @ turn.T).astype(np.float32)
     return dataclasses.replace(records, position=position, direction=direction)
 
 
