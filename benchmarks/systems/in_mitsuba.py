@@ -16,7 +16,7 @@ from benchmarks.systems.protocol import Cost, Frame, Image, Subject, Task
 from purelight_examples.scenes.lamp_choice import LampChoice
 from purelight_format.errors import PureLightError
 
-WAVEFRONT = 1 << 21  # paths of a pass at most: what a pass needs of memory does not grow further
+WAVEFRONT = 1 << 19  # paths of a pass at most: what a pass needs of memory does not grow further
 SEEDS = 1 << 16  # of passes, for each seed of a series
 
 
@@ -96,8 +96,8 @@ class MitsubaSystem(ABC):
 
 
 def _most(pixels: int) -> int:
-    """Samples per pixel of a pass at most."""
-    return max(WAVEFRONT // pixels, 1)
+    """Samples per pixel of a pass at most: a power of two, so that few sizes need a kernel."""
+    return 1 << max(WAVEFRONT // pixels, 1).bit_length() - 1
 
 
 @dataclass(frozen=True)

@@ -92,6 +92,8 @@ class Records:
             if record.key == keys[record.series]:
                 place = (*record.series, record.samples)
                 found.pop(place, None)
+                if record.samples:
+                    found.pop((*record.series, 0), None)  # it failed before, and does no more
                 found[place] = record
         return list(found.values())
 

@@ -124,20 +124,19 @@ class Runner:
         truth = self._truth(facts, task) if task.measured else None
         subject, key = facts.subject, self.key(facts, system, task)
         frames = system.frames(subject, task, folder, self._samples(task), SEED)
-        for earlier, frame, last in pairs(frames, self.scale.limit):
+        for earlier, frame, last in pairs(frames, self.scale.limit, self.threads):
             figures = {}
             if truth is not None:
                 seen = errors.picture(earlier, frame)
                 figures = plain(errors.measure(subject, task, seen, truth))
-            known = frame.processor is not None and self.threads == 1
-            seconds = frame.processor if known and frame.processor else frame.seconds
+            seconds = spent(frame, self.threads)
             record = Record(
                 subject.name, system.name, task.name, key, self.code, task.kind, frame.samples,
                 seconds, frame.seconds, frame.warm_up, frame.megabytes, plain(asdict(cost)),
                 figures, self._keep(subject, system, task, frame), last,
             )  # fmt: skip
             self.records.add(record)
-            self._say(*record.series, f"{frame.samples} spp, {frame.seconds:.2f} s", _told(record))
+            self._say(*record.series, f"{frame.samples} spp, {seconds:.2f} s", _told(record))
 
     def _keep(self, subject: Subject, system: System, task: JudgedTask, frame: Frame) -> str:
         name = f"{subject.name}/frames/{system.name}-{task.name}-{frame.samples}.npz"
@@ -179,7 +178,15 @@ def traced(task: JudgedTask, subject: Subject, folder: Path, paths: int) -> Iter
     yield task.truth(subject, folder / task.name, paths)
 
 
-def pairs(frames: Iterator[Frame], limit: float) -> Iterator[tuple[Frame, Frame, bool]]:
+def spent(frame: Frame, threads: int) -> float:
+    """Seconds of the processor where one thread works and they are known, else by the clock."""
+    known = frame.processor is not None and threads == 1
+    return frame.processor or 0.0 if known else frame.seconds
+
+
+def pairs(
+    frames: Iterator[Frame], limit: float, threads: int = 1
+) -> Iterator[tuple[Frame, Frame, bool]]:
     """Each frame after the first with the one before, and whether it is the last.
 
     A series ends where the next frame, as long as all before together, would pass the limit of
@@ -191,7 +198,7 @@ def pairs(frames: Iterator[Frame], limit: float) -> Iterator[tuple[Frame, Frame,
             yield (*ready, False)
         ready = (earlier, frame) if earlier is not None else None
         earlier = frame
-        if ready is not None and 2 * frame.seconds > limit:
+        if ready is not None and 2 * spent(frame, threads) > limit:
             break
     close = getattr(frames, "close", None)
     if close is not None:

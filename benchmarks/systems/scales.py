@@ -29,7 +29,7 @@ class Scale:
         paths, view_paths: light paths of the truths.
         views, observers: some of `VIEWS` and `OBSERVERS`.
         instances: counts of lamps.
-        limit: seconds after which a series goes no further.
+        limit: seconds of rendering that no series passes: whoever is quick draws more samples.
     """
 
     name: str
@@ -63,19 +63,24 @@ class Scale:
         return self.view_paths if task.kind == "appearance" else self.paths
 
 
+def doubling(most: int) -> tuple[int, ...]:
+    """Powers of two up to the last: 1, 2, 4, ..."""
+    return tuple(1 << k for k in range(most.bit_length()))
+
+
 SCALES = {
     "smoke": Scale(
-        "smoke", ("frosted_globe",), "tiny", 24, 24, 16, 2, (1, 2, 4), 1 << 19, 1 << 20,
-        ("view_side",), ("glare_near",), (1, 4), 30,
+        "smoke", ("frosted_globe",), "tiny", 24, 24, 16, 2, doubling(8), 1 << 19, 1 << 20,
+        ("view_side",), ("glare_near",), (1, 4), 1,
     ),
     "small": Scale(
         "small", ("frosted_globe", "crystal", "medieval"), "sketch", 48, 48, 24, 2,
-        (1, 2, 4, 8, 16, 32, 64), 1 << 20, 1 << 21, ("view_side",), ("glare_near",), (1, 16), 30,
+        doubling(4096), 1 << 20, 1 << 23, ("view_side",), ("glare_near",), (1, 16), 4,
     ),
     "full": Scale(
         "full", tuple(CATALOG), "standard", 128, 128, 64, 8,
-        (1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024), 1 << 28, 1 << 28, tuple(VIEWS),
-        tuple(OBSERVERS), (1, 16, 256), 900,
+        doubling(1 << 16), 1 << 28, 1 << 28, tuple(VIEWS),
+        tuple(OBSERVERS), (1, 16, 256), 300,
     ),
 }  # fmt: skip
 

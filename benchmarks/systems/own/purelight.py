@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
 from pathlib import Path
 
 from benchmarks.systems.in_mitsuba import MitsubaSystem
@@ -13,20 +12,13 @@ from purelight_examples.scenes.lamp_choice import LampChoice, NeuralLamp
 TRAINING = "training.json"  # beside the bundle: processor seconds by command
 
 
-@dataclass(frozen=True)
 class PureLight(MitsubaSystem):
     """`mode` is accurate (the networks themselves) or fast (a map of 16 x 16 per point)."""
 
-    mode: str
-    answers: tuple[str, ...] = ("illumination", "appearance")
-
-    @property
-    def name(self) -> str:  # type: ignore[override]
-        return f"purelight_{self.mode}"
-
-    @property
-    def label(self) -> str:  # type: ignore[override]
-        return f"PureLight, the exported bundle in its Mitsuba runtime, {self.mode} mode"
+    def __init__(self, mode: str) -> None:
+        self.mode = mode
+        self.name = f"purelight_{mode}"
+        self.label = f"PureLight, the exported bundle in its Mitsuba runtime, {mode} mode"
 
     def lamp(self, subject: Subject, folder: Path) -> LampChoice:
         """The bundle and the integrator `purelight`."""

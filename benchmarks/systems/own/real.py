@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 
 from benchmarks.systems.in_mitsuba import MitsubaSystem
@@ -25,23 +24,17 @@ class Real(MitsubaSystem):
         return Cost(0.0, sum(f.stat().st_size for f in files) / 1e6)
 
 
-@dataclass(frozen=True)
 class PathTracing(Real):
     """From the camera, with next event estimation."""
 
-    name: str = "path"
-    label: str = "Path tracing with next event estimation (Mitsuba `path`), the real lamp"
-    answers: tuple[str, ...] = ("illumination", "appearance")
-    plugin: str = "path"
+    name = "path"
+    label = "Path tracing with next event estimation (Mitsuba `path`), the real lamp"
+    plugin = "path"
 
 
-@dataclass(frozen=True)
 class LightTracing(Real):
     """From the emitters; a smooth surface seen by the camera stays dark."""
 
-    name: str = "ptracer"
-    label: str = (
-        "Light tracing (Mitsuba `ptracer`), the real lamp: cannot show smooth glass or metal"
-    )
-    answers: tuple[str, ...] = ("illumination", "appearance")
-    plugin: str = "ptracer"
+    name = "ptracer"
+    label = "Light tracing (Mitsuba `ptracer`), the real lamp: cannot show smooth glass or metal"
+    plugin = "ptracer"

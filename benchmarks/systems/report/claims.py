@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -12,8 +13,10 @@ ACCURATE, FAST, PATH = "purelight_accurate", "purelight_fast", "path"
 NCL, SHELLS, HISTOGRAM = "ncl", ("shell_4d", "shell_4d_factorised"), "histogram"
 SAMPLES, MANY = 64, 1_000_000  # ours, and path tracing's, as in the paper's first figure
 FASTER, BIAS = 0.4, 0.03  # less time, and the mean error that is called little here
+VAGUE = 0.03  # relative variance of a truth that tells nothing
 GROWTH = 1.2  # of memory from one lamp to the most: no growth is below
-Finding = tuple[bool, str] | None  # whether it holds on a lamp, and the figures; None: no records
+# Whether it holds on a lamp (None: the noise does not tell), and figures; None: no records
+Finding = tuple[bool | None, str] | None
 
 
 @dataclass(frozen=True)
@@ -32,7 +35,10 @@ class Claim:
 
 @dataclass(frozen=True)
 class Verdict:
-    """`holds`, `holds on k of n`, `does not hold` or `not measured`, with figures by lamp."""
+    """What is found, in a few words, with figures by lamp.
+
+    `holds`, `holds on k of n lamps`, `does not hold`, `too noisy to tell`, or `not measured`.
+    """
 
     claim: Claim
     word: str
@@ -48,13 +54,13 @@ def verdict(claim: Claim, results: Results) -> Verdict:
     """One claim on all lamps that have the records for it."""
     found = {lamp: claim.judge(results, lamp) for lamp in results.lamps}
     known = {lamp: finding for lamp, finding in found.items() if finding is not None}
-    good = sum(holds for holds, _ in known.values())
-    if not known:
-        word = "not measured"
-    elif good == len(known):
+    told = [holds for holds, _ in known.values() if holds is not None]
+    if not told:
+        word = "too noisy to tell" if known else "not measured"
+    elif all(told):
         word = "holds"
     else:
-        word = f"holds on {good} of {len(known)} lamps" if good else "does not hold"
+        word = f"holds on {sum(told)} of {len(told)} lamps" if any(told) else "does not hold"
     return Verdict(claim, word, {lamp: text for lamp, (_, text) in known.items()})
 
 
@@ -71,6 +77,9 @@ def _few_samples(results: Results, lamp: str) -> Finding:
         if ours is None or ours.samples < SAMPLES:
             continue
         error = ours.figures["relative_error"]
+        if ours.figures["truth_variance"] > VAGUE:
+            texts.append(f"{kind}: the truth is too noisy to tell")
+            continue
         met = reach(results.steps(lamp, PATH, kind), error)
         if met is None:
             continue
@@ -80,21 +89,30 @@ def _few_samples(results: Results, lamp: str) -> Finding:
             f"{met.samples:.2g} spp{how}, {met.seconds / ours.seconds:.1f} times our time"
         )
         enough.append(met.samples >= MANY)
-    return (all(enough), "; ".join(texts)) if texts else None
+    return (all(enough) if enough else None, "; ".join(texts)) if texts else None
 
 
 def _fast(results: Results, lamp: str) -> Finding:
-    slow, fast = (results.steps(lamp, name, "illumination") for name in (ACCURATE, FAST))
-    if not slow or not fast or slow[-1].samples != fast[-1].samples:
+    slow, fast = _common(results, lamp, FAST)
+    if slow is None or fast is None:
         return None
-    less = 1 - fast[-1].seconds / slow[-1].seconds
-    bias, other = fast[-1].figures["mean"], slow[-1].figures["mean"]
-    noise = fast[-1].figures["mean_noise"]
+    less = 1 - fast.seconds / slow.seconds
+    bias, other, noise = fast.figures["mean"], slow.figures["mean"], fast.figures["mean_noise"]
     text = (
-        f"{less:+.0%} less time at {fast[-1].samples} spp, mean {bias:+.1%} (accurate {other:+.1%},"
+        f"{less:+.0%} less time at {fast.samples} spp, mean {bias:+.1%} (accurate {other:+.1%},"
         f" standard error {noise:.1%})"
     )
     return less > FASTER and abs(bias) < BIAS, text
+
+
+def _common(results: Results, lamp: str, other: str) -> tuple[Step | None, Step | None]:
+    """Our accurate mode and another system in the room, at the most samples that both have."""
+    steps = [
+        {s.samples: s for s in results.steps(lamp, name, "illumination")}
+        for name in (ACCURATE, other)
+    ]
+    shared = max(steps[0].keys() & steps[1].keys(), default=0)
+    return steps[0].get(shared), steps[1].get(shared)
 
 
 def _sharper(rivals: tuple[str, ...]) -> Callable[[Results, str], Finding]:
@@ -103,6 +121,8 @@ def _sharper(rivals: tuple[str, ...]) -> Callable[[Results, str], Finding]:
         theirs = {n: s for n in rivals if (s := results.steps(lamp, n, "appearance"))}
         if not ours or not theirs or "sharpness" not in ours[-1].figures:
             return None
+        if ours[-1].figures["truth_variance"] > VAGUE:
+            return None, "the truth is too noisy to tell"
         mine = ours[-1].figures["sharpness"]
         other = {n: s[-1].figures["sharpness"] for n, s in theirs.items()}
         error = {n: s[-1].figures["mape_without_noise"] for n, s in theirs.items()}
@@ -115,15 +135,11 @@ def _sharper(rivals: tuple[str, ...]) -> Callable[[Results, str], Finding]:
 
 
 def _quieter(results: Results, lamp: str) -> Finding:
-    ours, theirs = (results.steps(lamp, n, "illumination") for n in (ACCURATE, HISTOGRAM))
-    common = sorted({s.samples for s in ours} & {s.samples for s in theirs})
-    if not common:
+    ours, theirs = _common(results, lamp, HISTOGRAM)
+    if ours is None or theirs is None:
         return None
-    flow, histogram = (
-        next(s for s in steps if s.samples == common[-1]).figures["relative_variance"]
-        for steps in (ours, theirs)
-    )
-    text = f"relative variance at {common[-1]} spp: flow {flow:.3g}, histogram {histogram:.3g}"
+    flow, histogram = (step.figures["relative_variance"] for step in (ours, theirs))
+    text = f"relative variance at {ours.samples} spp: flow {flow:.3g}, histogram {histogram:.3g}"
     return flow < histogram, text
 
 
@@ -154,7 +170,8 @@ def _rough(results: Results, lamp: str) -> Finding:
         f"{alpha[half]} to {alpha[-1]} (standard error of a strip up to "
         f"{max(n for n in noise if n is not None):.1%})"
     )
-    return rough < smooth, text
+    error = max(n for n in noise if n is not None) / math.sqrt(half)  # of a half's mean
+    return (rough < smooth if abs(rough - smooth) > error else None), text
 
 
 CLAIMS = (

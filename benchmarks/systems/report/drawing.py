@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from benchmarks.systems.report.series import HALL, STRIPS, Results
@@ -93,6 +93,9 @@ def memory(results: Results) -> Drawn:
                 xscale="log", ylim=(0, None), xlabel="instances", ylabel="peak memory, MB",
                 title=f"{lamp}: memory of instances",
             )  # fmt: skip
+            counts = sorted({count for points in curves.values() for count, _ in points})
+            axes.set_xticks(counts, [str(count) for count in counts])
+            axes.set_xticks([], minor=True)
 
         if any(curves.values()):
             made[f"memory_{lamp}"] = png(draw)
@@ -115,7 +118,7 @@ def look(results: Results, name: str) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def png(draw: Callable[[Any], None], size: Sequence[float] = (6.4, 4.4)) -> bytes:
+def png(draw: Callable[[Any], None], size: tuple[float, float] = (6.4, 4.4)) -> bytes:
     """A figure with a legend beside it.
 
     Raises:
@@ -126,7 +129,7 @@ def png(draw: Callable[[Any], None], size: Sequence[float] = (6.4, 4.4)) -> byte
         from matplotlib.figure import Figure
     except ImportError as error:
         raise PureLightError('figures need matplotlib: pip install "purelight[docs]"') from error
-    figure = Figure(figsize=tuple(size), layout="constrained")
+    figure = Figure(figsize=size, layout="constrained")
     axes = figure.add_subplot()
     draw(axes)
     axes.grid(visible=True, which="both", alpha=0.25)

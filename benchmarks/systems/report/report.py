@@ -18,10 +18,13 @@ from purelight_train.report.page import Row, Section, Shot, Table, Warnings, wri
 
 LEAD = (
     "Every system draws the same pictures of the same lamps, and is judged by them beside a "
-    "light-traced truth. Appearance: views of the lamp itself; lit: a closed room. Errors are at "
-    "the most samples that were measured; the least of a lamp is bold, whosever it is."
+    "light-traced truth. Appearance: views of the lamp itself; lit: a closed room. A series of "
+    "samples ends at the scale's limit of seconds; the least error of a lamp has a star, whosever "
+    "it is."
 )
+EQUAL = "At equal time: each system's last picture in the time of our accurate mode's."
 LIMIT = 1 << 20  # bytes of a published file
+COSTS = tables.HEAD.index("samples")  # the first column that is no error
 
 
 def write(folder: Path, systems: Sequence[System], publish: Path | None) -> str:
@@ -69,10 +72,10 @@ def _figures(folder: Path, results: Results) -> dict[str, bytes]:
 
 
 def _grids(results: Results, systems: Sequence[System]) -> dict[str, Grid]:
-    seconds = tables.common_seconds(results, "illumination")
+    seconds = tables.common_seconds(results)
     return {
-        "At the most samples": tables.main(results, systems),
-        "At equal time (our accurate mode's in the room)": tables.equal_time(
+        "At the most samples that the limit of seconds allows": tables.main(results, systems),
+        "At equal time (our accurate mode's last picture)": tables.equal_time(
             results, systems, seconds
         ),
     }
@@ -103,14 +106,27 @@ def _page(
     ]
     sections.append(Table("What the paper claims", ("claim", "verdict", "test", "figures"), judged))
     for title, grid in _grids(results, systems).items():
-        plain = [[cell.strip("*") for cell in row] for row in grid.rows]
-        sections.append(Table(title, grid.head, plain))
+        sections += _tables(title, grid)
     labels = [[s.name, s.label] for s in systems if s.name in results.systems]
     sections.append(Table("Systems", ("name", "what it is"), labels))
     for lamp in results.lamps:
         mine = {n: d for n, d in files.items() if _owner(n, results.lamps) == lamp}
         sections += _lamp(lamp, {n: d if embedded else None for n, d in mine.items()})
     write_page(path, "Systems side by side", LEAD, sections)
+
+
+def _tables(title: str, grid: Grid) -> list[Section]:
+    """A grid as one table of errors and one of costs, with its notes; a star is the least."""
+    rows = [
+        [f"{c.strip('*')}\u00a0*" if c.startswith("**") else c for c in row] for row in grid.rows
+    ]
+    made: list[Section] = []
+    for part, columns in (("errors", slice(2, COSTS)), ("cost", slice(COSTS, None))):
+        cells = [[*row[:2], *row[columns]] for row in rows]
+        made.append(Table(f"{title}: {part}", [*grid.head[:2], *grid.head[columns]], cells))
+    if grid.notes:
+        made.append(Table("Why there is a dash", ("reason",), [[note] for note in grid.notes]))
+    return made
 
 
 def _owner(name: str, lamps: Sequence[str]) -> str:
@@ -127,7 +143,7 @@ def _lamp(lamp: str, mine: dict[str, bytes | None]) -> list[Section]:
     made: list[Section] = []
     for name in wide:
         task = name.removeprefix(f"row_{lamp}_").removesuffix(".png")
-        made.append(Row(f"{lamp}: {task}", "At equal time.", [shots[name]]))
+        made.append(Row(f"{lamp}: {task}", EQUAL, [shots[name]]))
     for k in range(0, len(small), 2):
         made.append(Row(f"{lamp}: figures", "", small[k : k + 2]))
     return made

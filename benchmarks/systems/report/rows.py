@@ -14,8 +14,7 @@ from PIL import ImageDraw
 
 from benchmarks.systems.protocol import Image
 from benchmarks.systems.records import Record
-from benchmarks.systems.report.series import Results
-from benchmarks.systems.report.tables import OURS
+from benchmarks.systems.report.series import OURS, Results, at_equal_time
 from benchmarks.systems.tasks.truth import Truth
 from purelight_format.color import LUMINANCE
 from purelight_format.srgb import encode, tone
@@ -63,14 +62,6 @@ def _row(folder: Path, results: Results, lamp: str, task: str, truth: Truth) -> 
             with np.load(folder / chosen.picture) as data:
                 tiles.append(Tile(data["image"].astype(np.float64), _lines(chosen)))
     return sheet(tiles, truth)
-
-
-def at_equal_time(records: Sequence[Record], seconds: float | None) -> Record | None:
-    """The record with the most samples that takes no longer (a tenth aside), or the first."""
-    if not records:
-        return None
-    able = [r for r in records if seconds is None or r.seconds <= 1.1 * seconds]
-    return able[-1] if able else records[0]
 
 
 def _lines(record: Record) -> tuple[str, ...]:

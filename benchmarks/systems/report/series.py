@@ -10,6 +10,7 @@ from benchmarks.systems.records import Record
 
 KINDS = ("illumination", "appearance")
 PREFIXES = {"illumination": ("room",), "appearance": ("view_",)}  # of tasks that errors are of
+OURS = "purelight_accurate"  # whose time is the equal time
 GLARE, FLOOR, STRIPS, HALL = "glare_", "floor", "roughness", "instances_"
 
 
@@ -47,6 +48,16 @@ class Results:
         """The last picture of each such task."""
         return list({r.task: r for r in self.of(lamp, system, prefix)}.values())
 
+    def chosen(self, lamp: str, system: str, prefix: str, *, equal_time: bool) -> list[Record]:
+        """The last picture of each such task, or that done in the time of our last one."""
+        if not equal_time:
+            return self.last(lamp, system, prefix)
+        ours = {r.task: r.seconds for r in self.last(lamp, OURS, prefix)}
+        every = self.of(lamp, system, prefix)
+        tasks = _unique(r.task for r in every)
+        picks = (at_equal_time([r for r in every if r.task == t], ours.get(t)) for t in tasks)
+        return [r for r in picks if r is not None]
+
     def reason(self, lamp: str, system: str, prefixes: Sequence[str]) -> str:
         """Why a system has no picture of such tasks, if it failed."""
         found = (
@@ -58,7 +69,8 @@ class Results:
 
     def steps(self, lamp: str, system: str, kind: str) -> list[Step]:
         """Errors at each number of samples that all tasks of a kind have."""
-        records = [r for p in PREFIXES[kind] for r in self.of(lamp, system, p) if r.figures]
+        every = [r for p in PREFIXES[kind] for r in self.of(lamp, system, p)]
+        records = [r for r in every if r.figure("relative_error") is not None]
         tasks = {r.task for r in records}
         return [
             _mean([r for r in records if r.samples == count])
@@ -72,6 +84,14 @@ class Results:
             if (record.lamp, record.system) == (lamp, system) and record.samples:
                 return float(record.cost["seconds"]), float(record.cost["megabytes"])
         return None
+
+
+def at_equal_time(records: Sequence[Record], seconds: float | None) -> Record | None:
+    """The record with the most samples that takes no longer (a tenth aside), or the first."""
+    if not records:
+        return None
+    able = [r for r in records if seconds is None or r.seconds <= 1.1 * seconds]
+    return able[-1] if able else records[0]
 
 
 def _mean(records: list[Record]) -> Step:

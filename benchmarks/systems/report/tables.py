@@ -9,16 +9,25 @@ from dataclasses import dataclass
 
 from benchmarks.systems.protocol import System
 from benchmarks.systems.records import Record
-from benchmarks.systems.report.series import FLOOR, GLARE, PREFIXES, Results, Step, within
+from benchmarks.systems.report.series import (
+    FLOOR,
+    GLARE,
+    KINDS,
+    OURS,
+    PREFIXES,
+    Results,
+    Step,
+    within,
+)
 
 HEAD = (
-    "lamp", "system", "MAPE", "relMSE", "FLIP", "sharpness", "MAPE, lit", "relMSE, lit",
-    "FLIP, lit", "bias, lit", "illuminance", "(absolute)", "UGR", "samples", "s", "MB",
-    "peak MB", "precompute s",
+    "lamp", "system", "MAPE", "(truth)", "relMSE", "FLIP", "sharpness", "MAPE, lit",
+    "(truth), lit", "relMSE, lit", "FLIP, lit", "bias, lit", "illuminance", "(absolute)", "UGR",
+    "samples", "s", "MB", "peak MB", "precompute s",
 )  # fmt: skip
-NAMES = ("mape", "relative_error", "hdr_flip")
+NAMES = ("mape", "mape_of_reference", "relative_error", "hdr_flip")
 BEST = ("MAPE", "relMSE", "FLIP", "illuminance", "bias", "(absolute)", "UGR")  # least is marked
-OURS = "purelight_accurate"
+Seconds = dict[tuple[str, str], float]  # by kind and lamp
 
 
 @dataclass(frozen=True)
@@ -45,23 +54,24 @@ def main(results: Results, systems: Sequence[System]) -> Grid:
     return _grid(results, systems, None)
 
 
-def equal_time(results: Results, systems: Sequence[System], seconds: dict[str, float]) -> Grid:
-    """The same with the pictures that take no longer than the seconds of a lamp."""
+def equal_time(results: Results, systems: Sequence[System], seconds: Seconds) -> Grid:
+    """The same with the pictures that take no longer than the seconds of a kind and lamp."""
     return _grid(results, systems, seconds)
 
 
-def common_seconds(results: Results, kind: str) -> dict[str, float]:
-    """By lamp: what our accurate mode takes for its last picture, or else the first system."""
-    found = {}
-    for lamp in results.lamps:
-        steps = results.steps(lamp, OURS, kind)
-        others = [s for n in results.systems if (s := results.steps(lamp, n, kind))]
-        if steps or others:
-            found[lamp] = (steps or others[0])[-1].seconds
+def common_seconds(results: Results) -> Seconds:
+    """What our accurate mode takes for its last picture, or else the first system."""
+    found: Seconds = {}
+    for kind in KINDS:
+        for lamp in results.lamps:
+            steps = results.steps(lamp, OURS, kind)
+            others = [s for n in results.systems if (s := results.steps(lamp, n, kind))]
+            if steps or others:
+                found[kind, lamp] = (steps or others[0])[-1].seconds
     return found
 
 
-def _grid(results: Results, systems: Sequence[System], seconds: dict[str, float] | None) -> Grid:
+def _grid(results: Results, systems: Sequence[System], seconds: Seconds | None) -> Grid:
     known = {system.name: system for system in systems}
     notes: dict[str, None] = {}
     rows: list[list[str]] = []
@@ -94,12 +104,15 @@ class Cell:
         return f"**{text}**" if best else text
 
 
-def _row(results: Results, lamp: str, name: str, seconds: dict[str, float] | None) -> list[Cell]:
+def _row(results: Results, lamp: str, name: str, seconds: Seconds | None) -> list[Cell]:
     looks, lit = (
         _step(results, lamp, name, kind, seconds) for kind in ("appearance", "illumination")
     )
-    floor = _last(results, lamp, name, FLOOR)
-    glare = [r for r in results.last(lamp, name, GLARE) if r.figures]
+    floors, glare = (
+        [r for r in results.chosen(lamp, name, task, equal_time=seconds is not None) if r.figures]
+        for task in (FLOOR, GLARE)
+    )
+    floor = floors[-1] if floors else None
     ugr = [abs(e) for r in glare if (e := r.figure("ugr_error")) is not None]
     memory = [r.memory for r in results.of(lamp, name, "room") if r.memory]
     cost, timed = results.cost(lamp, name), lit or looks
@@ -135,17 +148,12 @@ def _marked(rows: dict[str, list[Cell]]) -> list[list[str]]:
 
 
 def _step(
-    results: Results, lamp: str, name: str, kind: str, seconds: dict[str, float] | None
+    results: Results, lamp: str, name: str, kind: str, seconds: Seconds | None
 ) -> Step | None:
     steps = results.steps(lamp, name, kind)
-    if seconds is not None and lamp in seconds:
-        return within(steps, seconds[lamp])
+    if seconds is not None and (kind, lamp) in seconds:
+        return within(steps, seconds[kind, lamp])
     return steps[-1] if steps else None
-
-
-def _last(results: Results, lamp: str, name: str, task: str) -> Record | None:
-    found = [r for r in results.last(lamp, name, task) if r.figures]
-    return found[-1] if found else None
 
 
 def _reason(results: Results, lamp: str, name: str, system: System | None, kind: str) -> str:

@@ -92,8 +92,8 @@ def _sensor(kind: str, size: tuple[int, int], fov: float, unit: float) -> ET.Ele
     film = ET.SubElement(found, "film", type="hdrfilm")
     for name, length in zip(("width", "height"), size, strict=True):
         ET.SubElement(film, "integer", name=name, value=str(length))
-    for name, value in {"pixel_format": "rgb", "component_format": "float32"}.items():
-        ET.SubElement(film, "string", name=name, value=value)
+    for name, word in {"pixel_format": "rgb", "component_format": "float32"}.items():
+        ET.SubElement(film, "string", name=name, value=word)
     ET.SubElement(film, "rfilter", type="box")
     ET.SubElement(found, "sampler", type="independent")
     return found

@@ -6,12 +6,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import trimesh
 
 from benchmarks.systems.protocol import Subject
 from benchmarks.systems.tasks import placing
-from benchmarks.systems.tasks.task import JudgedTask
+from benchmarks.systems.tasks.task import JudgedTask, past_the_lamp
 from benchmarks.systems.tasks.truth import Mask
 from purelight_examples.luminaires.lamp_scene import Part, matt
 from purelight_examples.scenes.furniture import boxes, wall
@@ -20,7 +19,6 @@ from purelight_examples.scenes.lamp_choice import LampChoice
 HALF = 5.0  # the room's side, in radii of the lamp, which hangs in its middle
 EYE, AIM, FOV = (-4.6, -4.5, 0.5), (1.75, 1.5, -2.25), 80.0
 WHITE, RED, GREEN = (0.6, 0.58, 0.55), (0.5, 0.07, 0.06), (0.12, 0.4, 0.09)
-CLEAR = 1.1  # radii of the sphere that no judged pixel's ray meets
 
 
 @dataclass(frozen=True)
@@ -45,16 +43,8 @@ class Room(JudgedTask):
         return placing.write(folder, self.name, lamp, sensor, parts(unit), lamps)
 
     def mask(self, subject: Subject, scene: Any) -> Mask:
-        """Pixels whose middle rays pass the enlarged lamp's sphere by a tenth of its radius."""
-        import mitsuba as mi
-
-        grid = np.stack(np.meshgrid(*2 * [np.arange(self.size)]), -1).reshape(-1, 2) + 0.5
-        at = mi.Point2f(np.ascontiguousarray(grid.T / self.size, np.float32))
-        ray, _ = scene.sensors()[0].sample_ray(0, 0.5, at, 0.5)
-        origin, direction = (np.array(v, np.float64).T for v in (ray.o, ray.d))
-        along = (origin * direction).sum(1, keepdims=True)
-        off = np.linalg.norm(origin - along * direction, axis=1)
-        return (off > CLEAR * placing.RADIUS).reshape(self.size, self.size)
+        """Pixels whose rays pass the lamp."""
+        return past_the_lamp(scene, self.size)
 
 
 def parts(unit: float) -> list[Part]:

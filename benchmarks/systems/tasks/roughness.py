@@ -10,7 +10,7 @@ import numpy as np
 
 from benchmarks.systems.protocol import Subject
 from benchmarks.systems.tasks import placing
-from benchmarks.systems.tasks.task import Figures, JudgedTask
+from benchmarks.systems.tasks.task import Figures, JudgedTask, past_the_lamp
 from benchmarks.systems.tasks.truth import Mask, Truth
 from purelight_examples.luminaires.lamp_scene import Material, Part
 from purelight_examples.scenes.furniture import wall
@@ -44,8 +44,8 @@ class Roughness(JudgedTask):
         return placing.write(folder, self.name, lamp, sensor, strips(unit), lamps)
 
     def mask(self, subject: Subject, scene: Any) -> Mask:
-        """The strips."""
-        return self.strips() >= 0
+        """The strips, but where the lamp is in front of them."""
+        return (self.strips() >= 0) & past_the_lamp(scene, self.size)
 
     def figures(self, subject: Subject, picture: Picture, truth: Truth) -> Figures:
         """By strip: relative error of its mean radiance, and that mean's standard error.
@@ -55,7 +55,7 @@ class Roughness(JudgedTask):
         rows: Figures = {"alpha": list(ALPHAS), "bias": [], "bias_noise": []}
         strip = self.strips()
         for index in range(len(ALPHAS)):
-            own = strip == index
+            own = (strip == index) & truth.mask
             true = float(truth.picture.image[own].mean())
             error = [np.sqrt((p.error[own] ** 2).sum()) / p.error[own].size
                      for p in (picture, truth.picture)]  # fmt: skip

@@ -10,12 +10,14 @@ from typing import Any
 import numpy as np
 
 from benchmarks.systems.protocol import Subject
+from benchmarks.systems.tasks import placing
 from benchmarks.systems.tasks.truth import Mask, Truth
 from purelight_examples.scenes.lamp_choice import LampChoice, RealLamp
 from purelight_train.truth.picture import Passes, Picture
 
 PASSES = 16  # of a light-traced truth, at least
 PATHS_OF_A_PASS = 1 << 21
+CLEAR = 1.1  # radii of the lamp's sphere that no judged pixel's ray meets, where it is not judged
 SEED = 0x7A57  # of truths: that of no series
 Figures = dict[str, Any]
 
@@ -63,6 +65,23 @@ class JudgedTask(ABC):
     def figures(self, subject: Subject, picture: Picture, truth: Truth) -> Figures:
         """What this task asks besides the usual errors."""
         return {}
+
+
+def past_the_lamp(scene: Any, size: int) -> Mask:
+    """Pixels whose middle rays pass the enlarged lamp's sphere by a tenth of its radius.
+
+    Arguments:
+        scene: of the real lamp, loaded, with a square picture of so many pixels a side.
+    """
+    import mitsuba as mi
+
+    grid = np.stack(np.meshgrid(*2 * [np.arange(size)]), -1).reshape(-1, 2) + 0.5
+    at = mi.Point2f(np.ascontiguousarray(grid.T / size, np.float32))
+    ray, _ = scene.sensors()[0].sample_ray(0, 0.5, at, 0.5)
+    origin, direction = (np.array(v, np.float64).T for v in (ray.o, ray.d))
+    along = (origin * direction).sum(1, keepdims=True)
+    off = np.linalg.norm(origin - along * direction, axis=1)
+    return (off > CLEAR * placing.RADIUS).reshape(size, size)
 
 
 def ready(subject: Subject) -> Any:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,7 +36,7 @@ class Truth:
         """Write as `.npz`."""
         buffer = io.BytesIO()
         first, second = self.picture.halves
-        arrays = {
+        arrays: dict[str, Any] = {
             "image": self.picture.image, "first": first, "second": second,
             "error": self.picture.error,
         }  # fmt: skip

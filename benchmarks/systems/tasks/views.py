@@ -108,6 +108,6 @@ def sharpness(image: Image, truth: Truth) -> float | None:
 def _detail(image: Image) -> NDArray[np.float64]:
     side = 2 * FINE + 1
     padded = np.pad(image, ((FINE, FINE), (FINE, FINE), (0, 0)), mode="edge")
-    windows = np.lib.stride_tricks.sliding_window_view(padded, (side, side), (0, 1))  # type: ignore[call-overload]
+    windows = np.lib.stride_tricks.sliding_window_view(padded, (side, side), (0, 1))
     result: NDArray[np.float64] = image - windows.mean((-2, -1))
     return result

@@ -13,8 +13,8 @@ from PIL import Image
 
 from benchmarks.systems.own import OWN
 from benchmarks.systems.records import Record, Records
-from benchmarks.systems.report import claims, drawing, report, rows, tables
-from benchmarks.systems.report.series import Results, Step, reach, within
+from benchmarks.systems.report import claims, drawing, report, tables
+from benchmarks.systems.report.series import Results, Step, at_equal_time, reach, within
 from benchmarks.systems.tasks.truth import Truth
 from purelight_format.errors import PureLightError
 from purelight_train.truth.picture import Passes
@@ -73,9 +73,9 @@ def test_table_marks_the_best_and_tells_why_there_is_a_dash() -> None:
 
 def test_equal_time_takes_what_fits() -> None:
     results = Results(bench())
-    seconds = tables.common_seconds(results, "illumination")
-    assert seconds == {"ball": pytest.approx(6.4)}
-    grid = tables.equal_time(results, OWN, {"ball": 0.65})
+    seconds = tables.common_seconds(results)
+    assert seconds[("illumination", "ball")] == pytest.approx(6.4)
+    grid = tables.equal_time(results, OWN, {("illumination", "ball"): 0.65})
     samples = {row[1]: row[grid.head.index("samples")] for row in grid.rows}
     assert samples == {
         "path": "64", "purelight_accurate": "4", "purelight_fast": "8", "noisy": "4",
@@ -138,6 +138,15 @@ def test_claims_can_fail() -> None:
     assert word("memory", grown) == "does not hold"
 
 
+def test_a_noisy_truth_tells_nothing() -> None:
+    records = [
+        Record(**{**vars(r), "figures": {**r.figures, "truth_variance": 0.5}}) for r in bench()
+    ]
+    assert word("64 samples", records) == "too noisy to tell"
+    ncl = [*records, *series("ncl", "view_side", 0.1, 0.1, sharpness=0.5)]
+    assert word("NCL", ncl) == "too noisy to tell"
+
+
 def test_a_claim_may_hold_on_some_lamps() -> None:
     other = [
         Record(**{**vars(r), "lamp": "cube", "memory": 9e3 if r.task == "instances_16" else 1e3})
@@ -152,6 +161,9 @@ def test_bias_against_roughness_is_drawn_and_judged() -> None:
     made = [record("ball", "purelight_fast", "roughness", 64, 1, 0.1, **strips, **noise)]
     assert drawing.roughness(Results(made)).keys() == {"roughness_ball"}
     assert word("bias of fast mode falls", made) == "holds"
+    vague = noise | {"bias_noise": [0.5, 0.5, None, 0.5]}
+    made = [record("ball", "purelight_fast", "roughness", 64, 1, 0.1, **strips, **vague)]
+    assert word("bias of fast mode falls", made) == "too noisy to tell"
     turned = strips | {"bias": [0.0, 0.01, -0.2, -0.3]}
     made = [record("ball", "purelight_fast", "roughness", 64, 1, 0.1, **turned, **noise)]
     assert word("bias of fast mode falls", made) == "does not hold"
@@ -192,12 +204,23 @@ def test_the_report_holds_everything(tmp_path: Path) -> None:
     assert again.size[0] == 5 * (again.size[0] // 5)
 
 
+def test_floors_are_compared_at_equal_time() -> None:
+    made = [*series("purelight_accurate", "floor", 0.1, 0.1, lux_absolute=0.01)]
+    made += [record("ball", "path", "floor", n, 0.2 * n, 1, lux_absolute=1 / n) for n in (16, 64)]
+    found = Results(made)
+    last, equal = (
+        found.chosen("ball", "path", "floor", equal_time=equal)[0].samples
+        for equal in (False, True)
+    )
+    assert (last, equal) == (64, 16)
+
+
 def test_rows_are_chosen_at_equal_time() -> None:
     found = [r for r in bench() if (r.system, r.task) == ("purelight_fast", "room")]
-    chosen = rows.at_equal_time(found, 0.45)
+    chosen = at_equal_time(found, 0.45)
     assert chosen is not None
     assert chosen.samples == 8
-    assert rows.at_equal_time([], 1) is None
+    assert at_equal_time([], 1) is None
 
 
 def test_pictures_belong_to_the_longest_name() -> None:
