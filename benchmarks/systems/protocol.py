@@ -106,9 +106,14 @@ class System(Protocol):
         answers: kinds of task that it can do.
     """
 
-    name: str
-    label: str
-    answers: tuple[str, ...]
+    @property
+    def name(self) -> str: ...
+
+    @property
+    def label(self) -> str: ...
+
+    @property
+    def answers(self) -> tuple[str, ...]: ...
 
     def prepare(self, subject: Subject, folder: Path) -> Cost:
         """Make ready for a lamp in a folder of its own; does nothing again that is there.

@@ -61,7 +61,7 @@ class Histogram(BundleSystem):
             "histogram",
             HistogramSampler,
             settings=lambda trainer: trainer.preset.sampler,
-            loss=SAMPLER.loss,  # type: ignore[arg-type]
+            loss=SAMPLER.loss,
         )
         return reopen(run, subject.scene).network(declared)
 

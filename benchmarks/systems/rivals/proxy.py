@@ -93,16 +93,7 @@ def proxy_run(
     if kept_beside(subject.scene):
         raise PureLightError(f"{subject.name}: a proxy cannot enclose parts that are kept apart")
     run = RunDirectory(folder)
-    names = (
-        *route.gathers,
-        "student",
-        "transparency",
-        "cap",
-        "pilot",
-        "aim",
-        "sampler",
-        "fast_map",
-    )  # type: ignore[attr-defined]
+    names = (*route.gathers, *OWN_STAGES)
     stages = Stages(run, SEED, torch.device("cpu"), names)
     if not (folder / "config.json").is_file():
         folder.mkdir(parents=True, exist_ok=True)
@@ -113,7 +104,7 @@ def proxy_run(
         run.write_json("config.json", config)
     torch.set_num_threads(subject.threads)
     lamp = ProxyLamp(subject.scene, preset.paths, stages)
-    lamp.around = around  # type: ignore[method-assign]
+    lamp.around = around
     return ProxyTraining(route(lamp, preset, stages))
 
 

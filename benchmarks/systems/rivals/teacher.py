@@ -81,8 +81,9 @@ def rendered(
     if scene.shapes():
         raise PureLightError("teacher: the task has more in it than the lamp")
     training = taught(subject, folder, Account(where))
-    rng, total, done, seconds = np.random.default_rng([seed, 7]), 0.0, 0, 0.0
+    rng, done, seconds = np.random.default_rng([seed, 7]), 0, 0.0
     _look(training, scene, subject.centre, rng)  # builds the photon map
+    total: Image = np.zeros(())
     warm_up = time.perf_counter() - start
     for count in samples:
         start = time.perf_counter()

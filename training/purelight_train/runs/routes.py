@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 import torch
@@ -28,6 +29,8 @@ HELD_OUT_BATCH = 1 << 14
 @dataclass
 class Route:
     """One way to a student, whose data are gathered in the stages that it names."""
+
+    gathers: ClassVar[tuple[str, ...]] = ()
 
     lamp: TracedLamp
     preset: Preset

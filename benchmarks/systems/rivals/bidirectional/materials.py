@@ -103,7 +103,7 @@ def _rough_glass(values: dict[str, Any], _: str) -> Properties:
 def _metal(values: dict[str, Any], name: str) -> Properties:
     """By the index where there is one; of a colour, its reflectance when seen head-on."""
     alpha = _number(values, "alpha.value") if "alpha.value" in values else SMOOTH
-    rough = {"type": ["metal2"], "uroughness": [alpha], "vroughness": [alpha]}
+    rough: dict[str, list[Any]] = {"type": ["metal2"], "uroughness": [alpha], "vroughness": [alpha]}
     eta, k = (np.array(_color(values, key)) for key in ("eta", "k"))
     tint = np.array(_color(values, "specular_reflectance"))
     if not eta.any():  # `none`: a mirror of a colour

@@ -82,7 +82,7 @@ def _session(lux: Any, folder: Path, seed: int, threads: int, engine: str) -> tu
         for name in sorted({key.split(".")[0] for key in meshes.files}):
             _define(scene, name, meshes)
     scene.Parse(_properties(lux, data["properties"]))
-    own = {
+    own: dict[str, list[Any]] = {
         "renderengine.type": [engine], "renderengine.seed": [seed + 1],
         "native.threads.count": [threads], "film.width": [width], "film.height": [height],
     }  # fmt: skip
