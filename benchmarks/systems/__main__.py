@@ -42,7 +42,12 @@ def _parser() -> command.Parser:
     add("--output", type=Path, default=Path("out/systems"))
     add("--scale", choices=tuple(SCALES), default="smoke")
     add("--lamps", nargs="+", metavar="NAME", help="of the gallery; the scale's if not given")
-    add("--systems", nargs="+", metavar="NAME", help="all if not given")
+    add(
+        "--systems",
+        nargs="+",
+        metavar="NAME",
+        help="all if not given; of smoke, those without training of their own",
+    )
     add("--tasks", nargs="+", metavar="NAME", help="all if not given")
     add("--threads", type=int, default=1, help="of training and of every system")
     add("--again", nargs="+", default=[], metavar="NAME", help="systems or tasks to measure once "
@@ -73,21 +78,21 @@ def _measure(options: argparse.Namespace, folder: Path) -> None:
         raise PureLightError(f"no task {min(unknown)} in this scale; choose from {' '.join(known)}")
     os.environ.update(OMP_NUM_THREADS=str(options.threads), OMP_WAIT_POLICY="PASSIVE")
     runner = Runner(
-        folder, chosen, systems(options.systems), options.threads, tuple(options.tasks or ()),
-        tuple(options.again),
+        folder, chosen, systems(options.systems or chosen.systems), options.threads,
+        tuple(options.tasks or ()), tuple(options.again),
     )  # fmt: skip
     runner.run(options.lamps or chosen.lamps)
 
 
-def systems(names: list[str] | None) -> list[System]:
+def systems(names: Sequence[str] | None) -> list[System]:
     """Our own systems and the rivals, or those of some names.
 
     Raises:
         PureLightError: there is no such system.
     """
-    from benchmarks.systems import rivals
+    from benchmarks.systems.rivals import RIVALS
 
-    found: list[System] = [*OWN, *getattr(rivals, "RIVALS", ())]
+    found: list[System] = [*OWN, *RIVALS]
     if names is None:
         return found
     known = {system.name: system for system in found}

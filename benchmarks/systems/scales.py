@@ -30,6 +30,7 @@ class Scale:
         views, observers: some of `VIEWS` and `OBSERVERS`.
         instances: counts of lamps.
         limit: seconds of rendering that no series passes: whoever is quick draws more samples.
+        systems: by name; all if None.
     """
 
     name: str
@@ -46,6 +47,7 @@ class Scale:
     observers: tuple[str, ...]
     instances: tuple[int, ...]
     limit: float
+    systems: tuple[str, ...] | None = None
 
     def tasks(self, aperture: float) -> list[JudgedTask]:
         """All tasks; `aperture` of the lenses, over their distance."""
@@ -72,6 +74,8 @@ SCALES = {
     "smoke": Scale(
         "smoke", ("frosted_globe",), "tiny", 24, 24, 16, 2, doubling(8), 1 << 19, 1 << 20,
         ("view_side",), ("glare_near",), (1, 4), 1,
+        ("path", "ptracer", "purelight_accurate", "purelight_fast", "ies", "rays_1m",
+         "bidirectional"),
     ),
     "small": Scale(
         "small", ("frosted_globe", "crystal", "medieval"), "sketch", 48, 48, 24, 2,
