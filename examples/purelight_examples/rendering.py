@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from tqdm import tqdm
 
+from purelight_mitsuba.platform import reading
 from purelight_train.truth.metrics import mape, relative_mse
 
 Image = NDArray[np.float64]
@@ -80,7 +81,8 @@ def _render(
 
     The seconds are those of rendering, with the compilation of its kernels, without loading.
     """
-    loaded = mi.load_file(str(scene))
+    with reading():
+        loaded = mi.load_file(str(scene))
     sums: list[Any] = [0.0, 0.0]
     start, done = time.perf_counter(), 0
     with tqdm(total=100, desc=title, bar_format=BAR) as bar:

@@ -152,7 +152,8 @@ def _looked_at(scene: Path, lamp: Lamp, *, picture: bool) -> list[str]:
     from purelight_import.sanity import doubts
 
     try:
-        loaded = mi.load_file(str(scene), optimize=False)
+        with platform.reading():
+            loaded = mi.load_file(str(scene), optimize=False)
     except RuntimeError as error:
         reason = " ".join(str(error).split())[-300:]
         raise PureLightError(f"Mitsuba does not take the lamp: {reason}") from None

@@ -17,6 +17,7 @@ from purelight_import.formats import is_mitsuba_3
 from purelight_import.options import Options
 from purelight_import.parts.choice import LISTED
 from purelight_import.write import folder as folders
+from purelight_mitsuba.platform import reading
 
 if TYPE_CHECKING:
     from purelight_train.light.luminaire import Luminaire
@@ -111,7 +112,8 @@ def _away(scene: Path) -> list[str]:
     from purelight_train.light.kept import parts_away
 
     try:
-        loaded = mi.load_file(str(scene), optimize=False)
+        with reading():
+            loaded = mi.load_file(str(scene), optimize=False)
     except RuntimeError as error:
         reason = " ".join(str(error).split())[-300:]
         raise PureLightError(f"Mitsuba does not take the lamp: {reason}") from None

@@ -16,6 +16,7 @@ from purelight_examples.rendering import Image
 from purelight_examples.scenes.lamp_view import sensor
 from purelight_format.camera import Camera
 from purelight_format.measures import BoundingSphere
+from purelight_mitsuba.platform import reading
 
 RADIUS = (
     20.0  # metres that the lamp is enlarged to: Mitsuba's lift of rays is a tenth of a millimetre
@@ -36,7 +37,8 @@ def portrait(scene: Path, entry: Entry, sphere: BoundingSphere, size: int, spp: 
     root = ET.Element("scene", version="3.0.0")
     root.append(sensor(camera))
     root.extend(_enlarged(scene, sphere))
-    loaded = mi.load_file(str(write_xml(scene.with_name("portrait.xml"), root)))
+    with reading():
+        loaded = mi.load_file(str(write_xml(scene.with_name("portrait.xml"), root)))
     upright = mi.ScalarTransform4f().rotate([1, 0, 0], 90)
     sky = {"type": "envmap", "bitmap": _sky(), "to_world": upright}
     lit = mi.load_dict({"type": "scene", "sky": sky, **_shapes(loaded)})

@@ -6,6 +6,8 @@ import importlib
 import os
 import re
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from importlib import metadata
 from pathlib import Path
 from types import ModuleType
@@ -15,6 +17,7 @@ from purelight_format.errors import PureLightError
 LLVM_VARIABLE = "DRJIT_LIBLLVM_PATH"
 LLVM_DISTRIBUTION = "karellen-llvm-core"
 MINIMUM_LLVM = 17
+LEAST_THREADS = 2  # with which Mitsuba reads EXR files
 MITSUBA = (3, 9)
 DRJIT = (1, 5)
 INSTALL = 'pip install "purelight[mitsuba]"'
@@ -37,13 +40,33 @@ def use(variant: str = "llvm_ad_rgb") -> ModuleType:
         mi = importlib.import_module("mitsuba")
     except ImportError as error:
         raise PureLightError(f"Mitsuba cannot be imported ({error}); {INSTALL}") from error
-    check_versions(mi.__version__, importlib.import_module("drjit").__version__)
+    dr = importlib.import_module("drjit")
+    check_versions(mi.__version__, dr.__version__)
     if variant.startswith("llvm"):
         check_llvm()
+    if mi.variant() is None:  # for scenes that others read, on a machine of one core
+        dr.set_thread_count(max(dr.thread_count(), LEAST_THREADS))
     if mi.variant() != variant:
         _set_variant(mi, variant)
     importlib.import_module("purelight_mitsuba").register()
     return mi
+
+
+@contextmanager
+def reading() -> Iterator[None]:
+    """In here Mitsuba can read files, whatever number of threads Dr.Jit has.
+
+    Mitsuba 3.9 reads EXR files by tasks that it leaves to Dr.Jit's other threads and waits for:
+    where there is one thread, as on a machine of one core, it waits forever.
+    """
+    import drjit as dr
+
+    count = dr.thread_count()
+    dr.set_thread_count(max(count, LEAST_THREADS))
+    try:
+        yield
+    finally:
+        dr.set_thread_count(count)
 
 
 def prepare() -> None:

@@ -8,10 +8,12 @@ from pathlib import Path
 from typing import Any
 
 import drjit as dr
+import numpy as np
 import pytest
 
 from purelight_format.errors import PureLightError
 from purelight_mitsuba import platform
+from purelight_onnx.picture import write_exr
 
 
 @pytest.mark.parametrize(
@@ -99,3 +101,18 @@ def test_import_works_without_mitsuba() -> None:
 def test_use_returns_mitsuba() -> None:
     mi: Any = platform.use()
     assert mi.variant() == "llvm_ad_rgb"
+
+
+def test_exr_files_are_read_by_one_thread(tmp_path: Path) -> None:
+    """Mitsuba alone waits forever: hence a process that can be ended."""
+    picture = tmp_path / "light.exr"
+    write_exr(picture, np.full((4, 4, 3), 0.25, np.float32))
+    script = (
+        "import sys; from purelight_mitsuba import platform; mi = platform.use()\n"
+        "import drjit as dr; dr.set_thread_count(1)\n"
+        "with platform.reading(): bitmap = mi.Bitmap(sys.argv[1])\n"
+        "print(bitmap.size(), dr.thread_count())"
+    )
+    words = [sys.executable, "-c", script, str(picture)]
+    said = subprocess.run(words, check=True, timeout=120, capture_output=True, text=True).stdout
+    assert said.split("\n")[0] == "[4, 4] 1"

@@ -19,6 +19,7 @@ from purelight_import.model.picture import Picture
 from purelight_import.read import images, mitsuba05, mitsuba_meshes, mitsuba_xml
 from purelight_import.read.build import Builder
 from purelight_import.read.solids import SOLIDS
+from purelight_mitsuba.platform import reading
 
 SKIES = {
     "constant", "envmap", "directional", "directionalarea", "sky", "sun", "sunsky", "timed_sunsky",
@@ -229,7 +230,8 @@ def _high_range(path: Path) -> np.ndarray:
     """Pixels of a picture with a high range: [H, W, 3] of float32."""
     import mitsuba as mi
 
-    bitmap = mi.Bitmap(str(path)).convert(
-        mi.Bitmap.PixelFormat.RGB, mi.Struct.Type.Float32, srgb_gamma=False
-    )
+    with reading():
+        bitmap = mi.Bitmap(str(path)).convert(
+            mi.Bitmap.PixelFormat.RGB, mi.Struct.Type.Float32, srgb_gamma=False
+        )
     return np.array(bitmap, np.float32)

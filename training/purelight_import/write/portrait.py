@@ -10,6 +10,7 @@ import numpy as np
 from purelight_format.camera import Camera
 from purelight_format.measures import BoundingSphere
 from purelight_format.srgb import exposure, png
+from purelight_mitsuba.platform import reading
 
 SIZE, DAYLIGHT, LIT = 384, 16, 64
 DEPTH = 16
@@ -32,7 +33,8 @@ def portrait(path: Path, lumens: float, places: np.ndarray) -> bytes:
     """
     import mitsuba as mi
 
-    scene = mi.load_file(str(path), optimize=False)
+    with reading():
+        scene = mi.load_file(str(path), optimize=False)
     centre = 0.5 * (places.min(0) + places.max(0))
     radius = max(float(np.linalg.norm(places - centre, axis=1).max()), 1e-6)
     place = (float(centre[0]), float(centre[1]), float(centre[2]))
@@ -48,7 +50,8 @@ def portrait(path: Path, lumens: float, places: np.ndarray) -> bytes:
 
 def _unlit(mi: Any, path: Path, camera: Camera) -> np.ndarray:
     """In light from all around, brighter from above, with the emitters dark but grey."""
-    parts = mi.load_file(str(path), optimize=False)
+    with reading():
+        parts = mi.load_file(str(path), optimize=False)
     parameters = mi.traverse(parts)
     for key in parameters.keys():  # noqa: SIM118 - it is no dictionary
         if key.endswith("radiance.value"):

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from purelight_format.errors import PureLightError
 from purelight_format.members.manifest import LARGEST, SMALLEST
+from purelight_mitsuba.platform import reading
 from purelight_train.light.emission import Emission
 from purelight_train.light.exit_records import ExitRecords
 from purelight_train.light.exit_surface import ExitSurface, inward_rays, visible_part
@@ -140,7 +141,8 @@ def _load_scene(path: Path) -> mi.Scene:
     try:
         # Mitsuba would join meshes of one material, forget their names, and fail where some are
         # flipped
-        scene = mi.load_file(str(path.resolve()), optimize=False)
+        with reading():
+            scene = mi.load_file(str(path.resolve()), optimize=False)
     except Exception as error:
         reason = " ".join(str(error).split())
         _, ours, told = reason.rpartition(f"{PureLightError.__name__}: ")

@@ -10,6 +10,7 @@ import numpy as np
 from tqdm import tqdm
 
 from purelight_format.errors import PureLightError
+from purelight_mitsuba.platform import reading
 from purelight_mitsuba.transport.integrator import PureLightIntegrator
 
 SAMPLES = 1 << 22  # Of one pass; about a gigabyte at most.
@@ -23,7 +24,8 @@ def load_scene(path: Path) -> mi.Scene:
         PureLightError: With one line, if Mitsuba or a lamp refuses it.
     """
     try:
-        scene = mi.load_file(str(path))
+        with reading():
+            scene = mi.load_file(str(path))
     except RuntimeError as error:
         raise PureLightError(f"{path}: {reason(str(error))}") from error
     if not isinstance(scene, mi.Scene):

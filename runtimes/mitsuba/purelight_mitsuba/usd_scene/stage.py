@@ -14,6 +14,7 @@ from purelight_format.errors import PureLightError
 from purelight_format.usd.luminaires import LuminairePrim, luminaires_of
 from purelight_format.usd.walk import Shown, Walk
 from purelight_mitsuba.lamps.luminaire import load
+from purelight_mitsuba.platform import reading
 from purelight_mitsuba.usd_scene import camera, lights, shapes
 from purelight_mitsuba.usd_scene.materials import Materials
 from purelight_mitsuba.usd_scene.meshes import Meshes
@@ -86,6 +87,7 @@ class _Reader:
             yield from lights.light(shown.prim, values, self.note)
 
 
+@reading()
 def load_usd(
     path: Path, *, view: str | None = None, frame: float | None = None,
     pixel_filter: str = "gaussian",
