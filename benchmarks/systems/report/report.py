@@ -12,6 +12,7 @@ from benchmarks.systems.report import claims, drawing, tables
 from benchmarks.systems.report.rows import rows
 from benchmarks.systems.report.series import Results
 from benchmarks.systems.report.tables import Grid
+from benchmarks.systems.scales import SCALES
 from purelight_format import atomic
 from purelight_format.errors import PureLightError
 from purelight_train.report.page import Row, Section, Shot, Table, Warnings, write_page
@@ -23,6 +24,10 @@ LEAD = (
     "it is."
 )
 EQUAL = "At equal time: each system's last picture in the time of our accurate mode's."
+REMARKS = {
+    "tiny": "tries the machinery alone: errors of what was trained say nothing of our lamps",
+    "sketch": "is a first look at a lamp: light about right, pictures soft",
+}
 LIMIT = 1 << 20  # bytes of a published file
 COSTS = tables.HEAD.index("samples")  # the first column that is no error
 
@@ -37,24 +42,35 @@ def write(folder: Path, systems: Sequence[System], publish: Path | None) -> str:
     results = Results(records)
     if not results.lamps and not any(r.failed for r in records):
         raise PureLightError(f"{folder}: no records yet; measure first, without --report")
-    text, files = _text(results, systems), _figures(folder, results)
+    remark = _remark(folder.name)
+    text, files = f"{remark}\n\n{_text(results, systems)}".lstrip(), _figures(folder, results)
     files |= {"results.csv": tables.rows_csv(records).encode(), "results.md": text.encode()}
-    _save(folder / "report", results, systems, files)
+    _save(folder / "report", results, systems, files, remark)
     if publish is not None:
         _check(files)
-        _save(publish, results, systems, files)
+        _save(publish, results, systems, files, remark)
         if (publish / "index.html").stat().st_size > LIMIT:  # then its pictures lie beside it
-            _page(publish / "index.html", results, systems, files, embedded=False)
+            _page(publish / "index.html", results, systems, files, remark, embedded=False)
     return text
 
 
+def _remark(scale: str) -> str:
+    """By which preset a scale's lamps were trained, and what that means; empty if unknown."""
+    if scale not in SCALES:
+        return ""
+    preset = SCALES[scale].preset
+    what = f", which {REMARKS[preset]}" if preset in REMARKS else ""
+    return f"Lamps were trained by the preset {preset}{what}."
+
+
 def _save(
-    target: Path, results: Results, systems: Sequence[System], files: dict[str, bytes]
-) -> None:
+    target: Path, results: Results, systems: Sequence[System], files: dict[str, bytes],
+    remark: str,
+) -> None:  # fmt: skip
     target.mkdir(parents=True, exist_ok=True)
     for name, data in files.items():
         atomic.write_bytes(target / name, data)
-    _page(target / "index.html", results, systems, files, embedded=True)
+    _page(target / "index.html", results, systems, files, remark, embedded=True)
 
 
 def _check(files: dict[str, bytes]) -> None:
@@ -94,8 +110,8 @@ def _text(results: Results, systems: Sequence[System]) -> str:
 
 
 def _page(
-    path: Path, results: Results, systems: Sequence[System], files: dict[str, bytes], *,
-    embedded: bool,
+    path: Path, results: Results, systems: Sequence[System], files: dict[str, bytes],
+    remark: str, *, embedded: bool,
 ) -> None:  # fmt: skip
     sections: list[Section] = []
     failed = [r for r in results.records if r.failed]
@@ -112,7 +128,7 @@ def _page(
     for lamp in results.lamps:
         mine = {n: d for n, d in files.items() if _owner(n, results.lamps) == lamp}
         sections += _lamp(lamp, {n: d if embedded else None for n, d in mine.items()})
-    write_page(path, "Systems side by side", LEAD, sections)
+    write_page(path, "Systems side by side", f"{LEAD} {remark}".strip(), sections)
 
 
 def _tables(title: str, grid: Grid) -> list[Section]:
