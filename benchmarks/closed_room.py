@@ -28,6 +28,7 @@ from typing import Any
 import numpy as np
 import trimesh
 
+from benchmarks.scene_file import load_scene
 from purelight_examples.luminaires.lamp_scene import Part, matt, write_parts, write_xml
 from purelight_examples.scenes.furniture import boxes, wall
 from purelight_examples.scenes.lamp_choice import LampChoice, NeuralLamp, Point, RealLamp, move
@@ -152,7 +153,7 @@ class Room:
 
         name = f"{self.name}-{label}"
         path = write_room(self.folder, name, lamp, self.at, self.mounting.target, self.reflectance)
-        scene, passes = mi.load_file(str(path)), Passes()
+        scene, passes = load_scene(path), Passes()
         mi.render(scene, spp=1)
         start = time.perf_counter()
         for index in range(PASSES):
@@ -166,7 +167,7 @@ class Room:
 
         empty = RealLamp(write_xml(self.folder / "empty.xml", ET.Element("scene")))
         path = write_room(self.folder, "geometry", empty, self.at, self.mounting.target)
-        scene = mi.load_file(str(path))
+        scene = load_scene(path)
         grid = (np.stack(np.meshgrid(*2 * [np.arange(SIZE)]), -1).reshape(-1, 2) + 0.5) / SIZE
         point = mi.Point2f(np.ascontiguousarray(grid.T, np.float32))
         ray, _ = scene.sensors()[0].sample_ray(0, 0.5, point, 0.5)

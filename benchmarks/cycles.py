@@ -23,6 +23,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.past_lamp import past_lamp
 from purelight_blender import packing
 from purelight_format.bundle import Bundle
 from purelight_format.errors import PureLightError
@@ -213,12 +214,14 @@ class Room:
     factor = 1.0
 
     def __init__(self, bundle: Bundle, size: int) -> None:
+        import mitsuba as mi
+
         from benchmarks.zoo.figures import scenes
 
         sphere = bundle.manifest.bounding_sphere
         self.sphere, self.size = sphere, size
         made = scenes.room(sphere, size)
-        self.seen = scenes.unseen(sphere, made)
+        self.seen = past_lamp(mi.load_dict(made["sensor"]), sphere)
         turned = np.diag([-1.0, 1, -1, 1])  # Mitsuba's cameras look along +Z, with X to the left.
         eye = _matrix(made["sensor"]["to_world"]) @ turned
         self.shot: dict[str, Any] = {

@@ -28,6 +28,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks import closed_room
+from benchmarks.scene_file import load_scene
 from purelight_examples.luminaires.lamp_scene import Material, Part, write_parts, write_xml
 from purelight_examples.scenes import room
 from purelight_examples.scenes.furniture import wall
@@ -124,14 +125,13 @@ def compare(
         spp: Samples per pixel of one pass.
         passes: Independent ones, at least two.
     """
-    import mitsuba as mi
 
     folder.mkdir(parents=True, exist_ok=True)
     result = {}
     for name, place in places(bundle).items():
         if names and name not in names:
             continue
-        scene = mi.load_file(str(place.write(folder)))
+        scene = load_scene(place.write(folder))
         clear = beside(scene, place.sphere)
         modes = {mode: _rendered(scene, mode, engine, spp, passes) for mode in MODES}
         result[name] = figures_of(modes, clear)

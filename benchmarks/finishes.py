@@ -26,6 +26,7 @@ import numpy as np
 from scipy import stats
 
 from benchmarks import finished_lamps
+from benchmarks.scene_file import load_scene
 from purelight_format import atomic
 from purelight_format.bundle import Bundle
 from purelight_mitsuba import platform
@@ -77,7 +78,6 @@ class Subject:
 
     def real(self, *, on: bool) -> dict[str, Any]:
         """The shapes of the real lamp, by their names."""
-        import mitsuba as mi
 
         path = self.scene if on else self.dark
         matrix = " ".join(f"{x:.9g}" for x in np.array(self.placed().matrix).ravel())
@@ -96,7 +96,7 @@ class Subject:
             given.set("value", f"{float(given.get('value', 1)) / larger:.9g}")
         moved = path.with_name(f"{path.stem}_placed.xml")
         atomic.write_bytes(moved, ET.tostring(root))
-        scene = mi.load_file(str(moved), optimize=False)
+        scene = load_scene(moved, optimize=False)
         return {f"part_{shape.id()}": shape for shape in scene.shapes()}
 
 

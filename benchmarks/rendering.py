@@ -20,6 +20,7 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.scene_file import load_scene
 from purelight_format import atomic
 from purelight_format.bundle import Bundle
 from purelight_format.errors import PureLightError
@@ -130,7 +131,7 @@ def render(job: Job) -> Figures:
 
     for flag in (dr.JitFlag.SymbolicLoops, dr.JitFlag.SymbolicCalls):
         dr.set_flag(flag, job.symbolic)
-    scene = mi.load_file(str(job.scene))
+    scene = load_scene(job.scene)
     if job.engine:
         scene.integrator().engine = job.engine
     start = time.perf_counter()

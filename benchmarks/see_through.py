@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.scene_file import load_scene
 from purelight_train.truth.backlit import Backlit
 from tests.support.fidelity import Figures, Image, Subject
 
@@ -36,7 +36,7 @@ def _before_panel(subject: Subject, size: int, spp: int, half_angle: float) -> F
         met = np.isfinite(passing).all(1)
         told.append(passing[met])
         for halves, seed in ((true, 1), (again, 2)):
-            lamp = mi.load_file(str(subject.scene))
+            lamp = load_scene(subject.scene)
             halves.append(view.transmitted(lamp, spp // 2, seed).reshape(-1, 3)[met])
     ours, first, second = (np.concatenate(part) for part in (told, true, again))
     square = ((ours - first) * (ours - second)).mean()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import sys
 from collections.abc import Iterator
 
 import pytest
@@ -12,13 +11,13 @@ from purelight_mitsuba import platform
 
 os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")  # as purelight_train.threads
 platform.prepare()
+import drjit  # noqa: E402 - after what settles how it starts
 
 
 @pytest.fixture(autouse=True)
 def threads_of_dr_jit() -> Iterator[None]:
     """What a test sets ends with it: with one thread, Mitsuba reads no EXR file (`reading`)."""
-    dr = sys.modules.get("drjit")
-    before = dr.thread_count() if dr else None
+    before = drjit.thread_count()
     yield
-    if dr and dr.thread_count() != before:
-        dr.set_thread_count(before)
+    if drjit.thread_count() != before:
+        drjit.set_thread_count(before)

@@ -11,8 +11,10 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.scene_file import load_scene
 from benchmarks.systems import isolated
 from benchmarks.systems.protocol import Cost, Frame, Image, Subject, Task
+from benchmarks.systems.tasks.task import ready
 from purelight_examples.scenes.lamp_choice import LampChoice
 from purelight_format.errors import PureLightError
 
@@ -82,17 +84,11 @@ class MitsubaSystem(ABC):
             yield Frame(total / done, done, seconds, warm_up, memory, processor)
 
     def _scene(self, subject: Subject, task: Task, folder: Path) -> Any:
-        from purelight_mitsuba.platform import use
-
-        mi = use()
-        import drjit as dr
-
-        mi.set_log_level(mi.LogLevel.Error)
-        dr.set_thread_count(subject.threads)
+        ready(subject.threads)
         self.register()
         where = folder / task.name
         where.mkdir(parents=True, exist_ok=True)
-        return mi.load_file(str(task.scene(subject, self.lamp(subject, folder), where)))
+        return load_scene(task.scene(subject, self.lamp(subject, folder), where))
 
 
 def _most(pixels: int) -> int:

@@ -9,6 +9,10 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from benchmarks.systems.protocol import Image
+
 NAME = "records.jsonl"
 
 
@@ -52,6 +56,11 @@ class Record:
     def series(self) -> tuple[str, str, str]:
         """Lamp, system and task."""
         return self.lamp, self.system, self.task
+
+    def image(self, folder: Path) -> Image:
+        """The picture, of records in a folder."""
+        with np.load(folder / self.picture) as data:
+            return data["image"].astype(np.float64)
 
     def figure(self, name: str) -> float | None:
         """A figure that is a finite number, or None."""

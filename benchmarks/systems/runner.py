@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.systems import errors, isolated, subjects
-from benchmarks.systems.protocol import Cost, Frame, Image, Subject, System
+from benchmarks.systems.protocol import Cost, Frame, Subject, System
 from benchmarks.systems.records import Record, Records, plain
 from benchmarks.systems.scales import Scale
 from benchmarks.systems.subjects import Facts
@@ -211,10 +211,3 @@ def pairs(
 def _told(record: Record) -> str:
     value = record.figure("mape")
     return "" if value is None else f"MAPE {value:.3f}"
-
-
-def image(folder: Path, record: Record) -> Image:
-    """The picture of a record."""
-    with np.load(folder / record.picture) as data:
-        found: Image = data["image"].astype(np.float64)
-        return found

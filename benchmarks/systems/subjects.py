@@ -11,18 +11,19 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from benchmarks.scene_file import load_scene
 from benchmarks.systems import isolated
 from benchmarks.systems.own.purelight import TRAINING
 from benchmarks.systems.protocol import Subject
 from benchmarks.zoo.settings import TINY_PRESET
-from purelight_examples.gallery.settings import GALLERY_PRESETS
+from purelight_examples.demo import command
 from purelight_examples.luminaires.catalog import CATALOG
 from purelight_format import atomic
 from purelight_format.bundle import Bundle
 from purelight_format.errors import PureLightError
 from purelight_train.presets import PRESETS
 
-ALL_PRESETS = {TINY_PRESET.name: TINY_PRESET, **GALLERY_PRESETS}
+ALL_PRESETS = {TINY_PRESET.name: TINY_PRESET, **PRESETS}
 
 
 @dataclass(frozen=True)
@@ -91,7 +92,8 @@ def make(scene: Path, folder: Path, preset: str, threads: int, key: str) -> Iter
     platform.use()  # training on a GPU leaves its variant
     from purelight_export import cli
 
-    seconds["export"] = _timed(lambda: _command(cli.main, [str(run), "--output", str(bundle)]))
+    words = [str(run), "--output", str(bundle)]
+    seconds["export"] = _timed(lambda: command("purelight-export", cli.main, words))
     _write(folder / TRAINING, seconds)
     _write(folder / "lamp.json", {"key": key, "aperture": _aperture(scene)})
     yield None
@@ -105,16 +107,15 @@ def _train(scene: Path, run: Path, preset: str, threads: int) -> None:
     words += ["--threads", str(threads), "--no-report", "--no-verdict", "--resume"]
     if preset not in ("draft", "standard", "paper"):
         words += ["--anchor", "straight"]
-    _command(cli.main, words)
+    command("purelight-train", cli.main, words)
 
 
 def _aperture(scene: Path) -> float:
-    import mitsuba as mi
 
     from purelight_train.truth.light_traced import sharp_share
     from purelight_train.truth.thin_lens import aperture_for
 
-    return aperture_for(sharp_share(mi.load_file(str(scene))))
+    return aperture_for(sharp_share(load_scene(scene)))
 
 
 def _timed(work: Callable[[], Any]) -> float:
@@ -122,11 +123,6 @@ def _timed(work: Callable[[], Any]) -> float:
     start = time.process_time()
     work()
     return round(time.process_time() - start, 2)
-
-
-def _command(main: Callable[[list[str]], int], arguments: list[str]) -> None:
-    if main(arguments):
-        raise PureLightError(f"{arguments[0]}: its training or export failed and said why above")
 
 
 def _write(path: Path, data: dict[str, Any]) -> None:

@@ -14,7 +14,7 @@ from PIL import ImageDraw
 
 from benchmarks.systems.protocol import Image
 from benchmarks.systems.records import Record
-from benchmarks.systems.report.series import OURS, Results, at_equal_time
+from benchmarks.systems.report.series import OURS, Results, within
 from benchmarks.systems.tasks.truth import Truth
 from purelight_format.color import LUMINANCE
 from purelight_format.srgb import encode, tone
@@ -57,10 +57,9 @@ def _row(folder: Path, results: Results, lamp: str, task: str, truth: Truth) -> 
     tiles = [Tile(truth.picture.image, ("truth, light traced", f"{truth.paths:.2g} paths"))]
     for name in results.systems:
         records = [r for r in results.of(lamp, name, task) if r.task == task and r.picture]
-        chosen = at_equal_time(records, ours[-1].seconds if ours else None)
+        chosen = within(records, ours[-1].seconds if ours else None)
         if chosen is not None and (folder / chosen.picture).is_file():
-            with np.load(folder / chosen.picture) as data:
-                tiles.append(Tile(data["image"].astype(np.float64), _lines(chosen)))
+            tiles.append(Tile(chosen.image(folder), _lines(chosen)))
     return sheet(tiles, truth)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
 from benchmarks.systems.records import Record
 
@@ -25,6 +26,9 @@ class Step:
     samples: int
     seconds: float
     figures: dict[str, float]
+
+
+Timed = TypeVar("Timed", Step, Record)
 
 
 class Results:
@@ -55,7 +59,7 @@ class Results:
         ours = {r.task: r.seconds for r in self.last(lamp, OURS, prefix)}
         every = self.of(lamp, system, prefix)
         tasks = _unique(r.task for r in every)
-        picks = (at_equal_time([r for r in every if r.task == t], ours.get(t)) for t in tasks)
+        picks = (within([r for r in every if r.task == t], ours.get(t)) for t in tasks)
         return [r for r in picks if r is not None]
 
     def reason(self, lamp: str, system: str, prefixes: Sequence[str]) -> str:
@@ -86,12 +90,16 @@ class Results:
         return None
 
 
-def at_equal_time(records: Sequence[Record], seconds: float | None) -> Record | None:
-    """The record with the most samples that takes no longer (a tenth aside), or the first."""
-    if not records:
+def within(series: Sequence[Timed], seconds: float | None) -> Timed | None:
+    """The last of a series that takes no longer, a tenth aside; the first if all do.
+
+    Arguments:
+        seconds: None for any.
+    """
+    if not series:
         return None
-    able = [r for r in records if seconds is None or r.seconds <= 1.1 * seconds]
-    return able[-1] if able else records[0]
+    able = [s for s in series if seconds is None or s.seconds <= 1.1 * seconds]
+    return able[-1] if able else series[0]
 
 
 def _mean(records: list[Record]) -> Step:
@@ -103,14 +111,6 @@ def _mean(records: list[Record]) -> Step:
 
 def _unique(names: Iterable[str]) -> list[str]:
     return list(dict.fromkeys(names))
-
-
-def within(steps: Sequence[Step], seconds: float) -> Step | None:
-    """The last step that takes no longer, a tenth aside; the first if all do."""
-    if not steps:
-        return None
-    able = [s for s in steps if s.seconds <= 1.1 * seconds]
-    return able[-1] if able else steps[0]
 
 
 @dataclass(frozen=True)

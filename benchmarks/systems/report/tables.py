@@ -184,18 +184,10 @@ def rows_csv(records: Sequence[Record]) -> str:
         if not (r.system or r.failed):
             continue
         cost = [r.cost.get("seconds"), r.cost.get("megabytes")]
-        row = [
-            r.lamp,
-            r.system,
-            r.task,
-            r.kind,
-            r.samples,
-            r.seconds,
-            r.clock,
-            r.warm_up,
-            r.memory,
+        row = (
+            r.lamp, r.system, r.task, r.kind, r.samples, r.seconds, r.clock, r.warm_up, r.memory,
             *cost,
-        ]
+        )  # fmt: skip
         writer.writerow([_short(v) for v in (*row, *(r.figures.get(n) for n in names), r.failed)])
     return buffer.getvalue()
 

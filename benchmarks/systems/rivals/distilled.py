@@ -27,15 +27,10 @@ class Distilled(BundleSystem):
     def make(self, subject: Subject, folder: Path, account: Account) -> None:
         """Train and export."""
         from benchmarks.systems.rivals import proxy
-        from purelight_export.export import export
         from purelight_train.runs.trained import SAMPLER, STUDENT, TRANSPARENCY
 
         training = taught(subject, folder, account)
-        for declared in (STUDENT, TRANSPARENCY, SAMPLER):
-            with account.stage(declared.name):
-                proxy.train(training, [declared])
-        with account.stage("export"):
-            export(folder / "run", folder / BUNDLE, networks=["transparency", "sampler"])
+        proxy.finish(training, (STUDENT, TRANSPARENCY, SAMPLER), folder / BUNDLE, account)
 
 
 def taught(subject: Subject, folder: Path, account: Account) -> Training:

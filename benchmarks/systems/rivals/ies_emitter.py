@@ -29,12 +29,12 @@ class IesEmitter(mi.Emitter):
         self._intensity = DirectionTable(field.values[..., None] * flux)
         matrix = np.array(props["to_world"].matrix if "to_world" in props else np.eye(4))
         place = Placement.of(matrix, path.name)
-        self._at = mi.Point3f(place.point_to_world(centre[None])[0].tolist())
+        at = place.point_to_world(centre[None])[0].tolist()
+        self._at, self._where = mi.Point3f(at), mi.ScalarPoint3f(*at)
         x, y, z = (mi.Vector3f(*row) for row in place.rotation.tolist())
         self._frame = Frame(x, y, z, mi.Point3f(0), mi.Float(1), mi.Float(1))
         self._factor = mi.Float(place.scale**2)
         dr.make_opaque(self._frame, self._at, self._factor)
-        self._where = mi.ScalarPoint3f(*place.point_to_world(centre[None])[0].tolist())
         self.m_flags = mi.EmitterFlags.DeltaPosition
 
     def sample_direction(

@@ -37,7 +37,6 @@ class Ncl(BundleSystem):
         """Render targets, train the networks, export."""
         from benchmarks.systems.rivals import proxy
         from benchmarks.systems.rivals.path_traced import PathTracedRoute
-        from purelight_export.export import export
         from purelight_train.runs.routes import PhotonRoute
         from purelight_train.runs.trained import FAST_MAP, STUDENT, TRANSPARENCY
 
@@ -50,11 +49,7 @@ class Ncl(BundleSystem):
             training = proxy.proxy_run(subject, folder / "run", PathTracedRoute, chosen)
         with account.stage("light"):
             training.lamp.store()
-        for declared in (STUDENT, TRANSPARENCY, FAST_MAP):
-            with account.stage(declared.name):
-                proxy.train(training, [declared])
-        with account.stage("export"):
-            export(folder / "run", folder / BUNDLE, networks=["transparency", "fast_map"])
+        proxy.finish(training, (STUDENT, TRANSPARENCY, FAST_MAP), folder / BUNDLE, account)
 
 
 class NclLightTraced(Ncl):

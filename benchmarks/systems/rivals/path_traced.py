@@ -6,6 +6,7 @@ import mitsuba as mi
 import numpy as np
 import torch
 
+from purelight_train.learning.flux_closure import LIFT
 from purelight_train.learning.training_sets import SurfaceSet, viewed_rays
 from purelight_train.networks.student import MAX_LOG, Student
 from purelight_train.presets import Optimisation
@@ -15,7 +16,6 @@ from purelight_train.runs.stages import Loss, rows
 SHARE = 8  # of the rays that our students are distilled from, one in so many
 SAMPLES = 256  # paths for each
 BATCH = 1 << 20
-LIFT = 1e-4
 
 
 class PathTracedRoute(Route):

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from torch import nn
 
 from benchmarks.systems.protocol import Subject
+from benchmarks.systems.rivals.accounts import Account
 from benchmarks.systems.subjects import ALL_PRESETS
 from purelight_format.errors import PureLightError
 from purelight_format.measures import BoundingSphere
@@ -27,7 +28,7 @@ from purelight_train.runs.routes import Route
 from purelight_train.runs.run_directory import RunDirectory
 from purelight_train.runs.stages import Stages
 from purelight_train.runs.traced_lamp import TracedLamp
-from purelight_train.runs.trained import TRANSPARENCY
+from purelight_train.runs.trained import STUDENT, TRANSPARENCY
 from purelight_train.runs.trainer import Trained
 
 MARGIN = 1.004  # so that the facets of the sphere enclose the lamp's bounding sphere
@@ -106,6 +107,20 @@ def proxy_run(
     lamp = ProxyLamp(subject.scene, preset.paths, stages)
     lamp.around = around
     return ProxyTraining(route(lamp, preset, stages))
+
+
+def finish(
+    training: Training, declared: Sequence[Trained[Any]], file: Path, account: Account
+) -> None:
+    """Train what is not trained yet and export it to a file, each on its account."""
+    from purelight_export.export import export
+
+    for network in declared:
+        with account.stage(network.name):
+            train(training, [network])
+    with account.stage("export"):
+        names = [network.name for network in declared if network is not STUDENT]
+        export(training.stages.run.path, file, networks=names)
 
 
 def train(training: Training, declared: Sequence[Trained[Any]]) -> RunDirectory:

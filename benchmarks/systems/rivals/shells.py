@@ -25,7 +25,6 @@ class Shell4D(BundleSystem):
         """Train flow, student, transparency and sampler, export."""
         from benchmarks.systems.rivals import proxy
         from benchmarks.systems.rivals.shell_route import FactorisedRoute, Shell4DRoute
-        from purelight_export.export import export
         from purelight_train.runs.trained import SAMPLER, STUDENT, TRANSPARENCY
 
         route = FactorisedRoute if self.factorised else Shell4DRoute
@@ -36,11 +35,7 @@ class Shell4D(BundleSystem):
         if not (folder / "run/networks/student.safetensors").is_file():
             with account.stage("teacher"):
                 training.route.teacher  # type: ignore[attr-defined] # noqa: B018
-        for declared in (STUDENT, TRANSPARENCY, SAMPLER):
-            with account.stage(declared.name):
-                proxy.train(training, [declared])
-        with account.stage("export"):
-            export(folder / "run", folder / BUNDLE, networks=["transparency", "sampler"])
+        proxy.finish(training, (STUDENT, TRANSPARENCY, SAMPLER), folder / BUNDLE, account)
 
 
 class ShellFactorised(Shell4D):

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.scene_file import load_scene
 from benchmarks.systems import isolated
 from benchmarks.systems.protocol import Cost, Frame, Image, Subject, Task
 from benchmarks.systems.rivals.accounts import Account
@@ -74,10 +75,11 @@ def rendered(
     """The same in this process."""
     from purelight_mitsuba.platform import use
 
-    start, mi = time.perf_counter(), use()
+    start = time.perf_counter()
+    use()
     where = folder / task.name
     where.mkdir(parents=True, exist_ok=True)
-    scene = mi.load_file(str(task.scene(subject, NoLamp(), where)))
+    scene = load_scene(task.scene(subject, NoLamp(), where))
     if scene.shapes():
         raise PureLightError("teacher: the task has more in it than the lamp")
     training = taught(subject, folder, Account(where))

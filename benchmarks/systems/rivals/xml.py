@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import os
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
-from purelight_examples.scenes.lamp_choice import Point, RealLamp, move
+from purelight_examples.scenes.lamp_choice import Point, RealLamp, move, relative
 
 
 def file_emitter(kind: str, file: Path, folder: Path, at: Point) -> ET.Element:
     """An emitter made of a file, for a scene in `folder`, its frame's origin at `at`."""
     light = ET.Element("emitter", type=kind, id="lamp")
-    name = os.path.relpath(file.resolve(), folder.resolve()).replace(os.sep, "/")
-    ET.SubElement(light, "string", name="filename", value=name)
+    ET.SubElement(light, "string", name="filename", value=relative(file, folder))
     move(light, at)
     return light
 

@@ -8,13 +8,14 @@ from typing import Any
 
 import trimesh
 
+from benchmarks.past_lamp import past_lamp
 from benchmarks.systems.protocol import Subject
 from benchmarks.systems.tasks import placing
-from benchmarks.systems.tasks.task import JudgedTask, past_the_lamp
+from benchmarks.systems.tasks.task import JudgedTask
 from benchmarks.systems.tasks.truth import Mask
 from purelight_examples.luminaires.lamp_scene import Part, matt
 from purelight_examples.scenes.furniture import boxes, wall
-from purelight_examples.scenes.lamp_choice import LampChoice
+from purelight_examples.scenes.lamp_choice import LampChoice, RealLamp
 
 HALF = 5.0  # the room's side, in radii of the lamp, which hangs in its middle
 EYE, AIM, FOV = (-4.6, -4.5, 0.5), (1.75, 1.5, -2.25), 80.0
@@ -44,7 +45,8 @@ class Room(JudgedTask):
 
     def mask(self, subject: Subject, scene: Any) -> Mask:
         """Pixels whose rays pass the lamp."""
-        return past_the_lamp(scene, self.size)
+        about = placing.sphere(subject, RealLamp(subject.scene))
+        return past_lamp(scene.sensors()[0], about)
 
 
 def parts(unit: float) -> list[Part]:

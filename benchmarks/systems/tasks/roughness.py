@@ -8,13 +8,14 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.past_lamp import past_lamp
 from benchmarks.systems.protocol import Subject
 from benchmarks.systems.tasks import placing
-from benchmarks.systems.tasks.task import Figures, JudgedTask, past_the_lamp
+from benchmarks.systems.tasks.task import Figures, JudgedTask
 from benchmarks.systems.tasks.truth import Mask, Truth
 from purelight_examples.luminaires.lamp_scene import Material, Part
 from purelight_examples.scenes.furniture import wall
-from purelight_examples.scenes.lamp_choice import LampChoice
+from purelight_examples.scenes.lamp_choice import LampChoice, RealLamp
 from purelight_train.truth.picture import Picture
 
 ALPHAS = (0.05, 0.1, 0.2, 0.3, 0.5, 0.8)
@@ -45,7 +46,8 @@ class Roughness(JudgedTask):
 
     def mask(self, subject: Subject, scene: Any) -> Mask:
         """The strips, but where the lamp is in front of them."""
-        return (self.strips() >= 0) & past_the_lamp(scene, self.size)
+        about = placing.sphere(subject, RealLamp(subject.scene))
+        return (self.strips() >= 0) & past_lamp(scene.sensors()[0], about)
 
     def figures(self, subject: Subject, picture: Picture, truth: Truth) -> Figures:
         """By strip: relative error of its mean radiance, and that mean's standard error.

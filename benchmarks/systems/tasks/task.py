@@ -9,15 +9,14 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.scene_file import load_scene
 from benchmarks.systems.protocol import Subject
-from benchmarks.systems.tasks import placing
 from benchmarks.systems.tasks.truth import Mask, Truth
 from purelight_examples.scenes.lamp_choice import LampChoice, RealLamp
 from purelight_train.truth.picture import Passes, Picture
 
 PASSES = 16  # of a light-traced truth, at least
 PATHS_OF_A_PASS = 1 << 21
-CLEAR = 1.1  # radii of the lamp's sphere that no judged pixel's ray meets, where it is not judged
 SEED = 0x7A57  # of truths: that of no series
 Figures = dict[str, Any]
 
@@ -49,10 +48,11 @@ class JudgedTask(ABC):
         Arguments:
             paths: light paths in all, rounded up to whole passes.
         """
-        mi = ready(subject)
+        mi = ready(subject.threads)
         start = time.perf_counter()
         folder.mkdir(parents=True, exist_ok=True)
-        scene = mi.load_file(str(self.scene(subject, RealLamp(subject.scene, "ptracer"), folder)))
+        path = self.scene(subject, RealLamp(subject.scene, "ptracer"), folder)
+        scene = load_scene(path)
         pixels = int(np.prod(scene.sensors()[0].film().size()))
         count = 2 * -(-max(PASSES, paths // PATHS_OF_A_PASS) // 2)
         spp, sums = max(paths // count // pixels, 1), Passes()
@@ -67,30 +67,13 @@ class JudgedTask(ABC):
         return {}
 
 
-def past_the_lamp(scene: Any, size: int) -> Mask:
-    """Pixels whose middle rays pass the enlarged lamp's sphere by a tenth of its radius.
-
-    Arguments:
-        scene: of the real lamp, loaded, with a square picture of so many pixels a side.
-    """
-    import mitsuba as mi
-
-    grid = np.stack(np.meshgrid(*2 * [np.arange(size)]), -1).reshape(-1, 2) + 0.5
-    at = mi.Point2f(np.ascontiguousarray(grid.T / size, np.float32))
-    ray, _ = scene.sensors()[0].sample_ray(0, 0.5, at, 0.5)
-    origin, direction = (np.array(v, np.float64).T for v in (ray.o, ray.d))
-    along = (origin * direction).sum(1, keepdims=True)
-    off = np.linalg.norm(origin - along * direction, axis=1)
-    return (off > CLEAR * placing.RADIUS).reshape(size, size)
-
-
-def ready(subject: Subject) -> Any:
-    """Mitsuba with its variant, quiet, on the subject's threads."""
+def ready(threads: int) -> Any:
+    """Mitsuba with its variant, quiet, on so many threads."""
     from purelight_mitsuba.platform import use
 
     mi = use()
     import drjit as dr
 
     mi.set_log_level(mi.LogLevel.Error)
-    dr.set_thread_count(subject.threads)
+    dr.set_thread_count(threads)
     return mi

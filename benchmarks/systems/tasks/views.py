@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.scene_file import load_scene
 from benchmarks.systems.protocol import Image, Subject
 from benchmarks.systems.tasks import placing
 from benchmarks.systems.tasks.task import SEED, Figures, JudgedTask, ready
@@ -60,11 +61,11 @@ class View(JudgedTask):
 
     def truth(self, subject: Subject, folder: Path, paths: int) -> Truth:
         """Every photon that leaves the lamp, joined to the lens or caught by it."""
-        mi = ready(subject)
+        ready(subject.threads)
         from purelight_train.truth.light_traced import light_traced
 
         start = time.perf_counter()
-        lamp, lens = mi.load_file(str(subject.scene)), self._thin_lens(subject)
+        lamp, lens = load_scene(subject.scene), self._thin_lens(subject)
         picture = light_traced(lamp, [lens], paths, SEED)[0]
         return Truth(picture, self._silhouette(lamp, lens), paths, time.perf_counter() - start)
 

@@ -16,6 +16,7 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.scene_file import load_scene
 from benchmarks.zoo.lamps.lamp import Lamp, enlarged
 from purelight_format.measures import BoundingSphere
 from purelight_train.truth.plane import Plane
@@ -83,7 +84,7 @@ class Enlarged:
     def _objects(self, *, lit: bool) -> dict[str, Any]:
         name = "lit" if lit else "dark"
         path = self.lamp.write(self.folder, enlarged(self.lamp, RADIUS), lit=lit, name=name)
-        scene = mi.load_file(str(path))
+        scene = load_scene(path)
         alone = [e for e in scene.emitters() if e.get_shape() is None]
         objects = [*scene.shapes(), *alone]
         return {f"lamp_{k}": value for k, value in enumerate(objects)}

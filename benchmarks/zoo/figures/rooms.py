@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.past_lamp import past_lamp
 from benchmarks.zoo import sheet
 from benchmarks.zoo.figures import near, scenes
 from benchmarks.zoo.figures.case import Case
@@ -20,7 +22,7 @@ def room(case: Case) -> Figures:
     """A closed room in both modes, and by Mitsuba's light tracer where that is right."""
     settings, sphere = case.settings, case.large_sphere
     objects = scenes.room(sphere, settings.room_size)
-    mask = scenes.unseen(sphere, objects)
+    mask = past_lamp(mi.load_dict(objects["sensor"]), sphere)
     pictures = {
         mode: scenes.passes(
             objects | case.large.instance(case.subject.bundle),

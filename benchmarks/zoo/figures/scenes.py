@@ -73,20 +73,6 @@ def room(sphere: BoundingSphere, size: int) -> Objects:
     }  # fmt: skip
 
 
-def unseen(sphere: BoundingSphere, objects: Objects) -> NDArray[np.bool_]:
-    """Pixels whose rays miss the lamp's sphere: what a light tracer can draw of a room."""
-    sensor = mi.load_dict(objects["sensor"])
-    width, height = (int(n) for n in sensor.film().size())
-    grid = np.stack(np.meshgrid(np.arange(width), np.arange(height)), -1).reshape(-1, 2) + 0.5
-    at = mi.Point2f(np.ascontiguousarray((grid / (width, height)).T, np.float32))
-    ray, _ = sensor.sample_ray(0, 0.5, at, 0.5)
-    origin, direction = (np.array(v, np.float64).T for v in (ray.o, ray.d))
-    toward = np.asarray(sphere.center) - origin
-    along = (toward * direction).sum(1, keepdims=True)
-    off = np.linalg.norm(toward - along * direction, axis=1)
-    return (off > 1.1 * sphere.radius).reshape(height, width)
-
-
 def sun() -> Objects:
     """Parallel light from the zenith, an irradiance of one."""
     return {"sun": {"type": "directional", "direction": [0, 0, -1], "irradiance": 1.0}}

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.scene_file import load_scene
 from benchmarks.zoo.lamps import textures
 from benchmarks.zoo.lamps.lamp import Lamp, enlarged
 from benchmarks.zoo.lamps.plugin import plugin
@@ -38,7 +39,7 @@ def portrait(lamp: Lamp, size: int = 160, spp: int = 64) -> Image:
         scene = ET.Element("scene", version="3.0.0")
         scene.extend(lamp.elements(folder, enlarged(lamp, RADIUS)))
         scene.append(_sky(folder, level))
-        loaded = mi.load_file(str(write_xml(folder / "portrait.xml", scene)))
+        loaded = load_scene(write_xml(folder / "portrait.xml", scene))
         camera = mi.load_dict(lens.sensor())
         integrator = mi.load_dict({"type": "volpath", "max_depth": 48, "rr_depth": 24})
         image = mi.render(loaded, sensor=camera, integrator=integrator, spp=spp)

@@ -9,9 +9,10 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from purelight_examples.gallery.settings import GALLERY_PRESETS, Settings
+from purelight_examples.gallery.settings import Settings
 from purelight_format import atomic, command
 from purelight_format.errors import PureLightError
+from purelight_train.presets import PRESETS
 
 COMMAND = "purelight-gallery"
 
@@ -48,7 +49,7 @@ def _parser() -> command.Parser:
     add("--lamps", nargs="+", metavar="LAMP", help="some of them; all by default")
     add("--rooms", nargs="*", metavar="ROOM", help="some or none; by default all with such lamps")
     add("--list", action="store_true", help="tell which lamps and rooms there are")
-    add("--preset", choices=sorted(GALLERY_PRESETS), default="draft",
+    add("--preset", choices=sorted(PRESETS), default="draft",
         help="of purelight-train; sketch is a first look")  # fmt: skip
     add("--threads", type=int, default=os.cpu_count(), help="CPU threads")
     return parser

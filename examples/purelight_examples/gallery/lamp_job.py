@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from purelight_examples.demo import command, version
-from purelight_examples.gallery.settings import SKETCH, Settings
+from purelight_examples.gallery.settings import Settings
 from purelight_examples.luminaires.catalog import CATALOG, Entry
 from purelight_examples.scenes import lamp_stage
 from purelight_examples.scenes.lamp_choice import NeuralLamp
@@ -22,6 +22,7 @@ from purelight_format import atomic
 from purelight_format.bundle import Bundle
 from purelight_format.camera import Camera
 from purelight_format.measures import BoundingSphere
+from purelight_train.presets import SKETCH
 
 Action = Callable[[dict[str, Record]], Figures]
 
@@ -98,14 +99,12 @@ class LampJob:
         """Train, or go on; a run of another lamp or preset is dropped."""
         from purelight_mitsuba import platform
         from purelight_train import cli as train
-        from purelight_train.presets import PRESETS
 
         run, words = self.folder / "run", [done["lamp"].digest, self.settings.preset]
         key = self.folder / "run.key"
         if not key.exists() or key.read_text() != " ".join(words):
             shutil.rmtree(run, ignore_errors=True)
             atomic.write_bytes(key, " ".join(words).encode())
-        PRESETS.setdefault(SKETCH.name, SKETCH)
         anchor = ["--anchor", "straight"] if self.settings.preset == SKETCH.name else []
         command("purelight-train", train.main, [
             str(self.scene), "--output", str(run), "--preset", self.settings.preset, "--seed", "0",

@@ -37,7 +37,7 @@ class NeuralLamp:
     def elements(self, folder: Path, at: Point) -> list[ET.Element]:
         """One `purelight` emitter."""
         emitter = ET.Element("emitter", type="purelight", id="lamp")
-        name = _relative(self.bundle, folder)
+        name = relative(self.bundle, folder)
         ET.SubElement(emitter, "string", name="filename", value=name)
         if self.scale != 1:
             transform = ET.SubElement(emitter, "transform", name="to_world")
@@ -64,7 +64,7 @@ class RealLamp:
         shapes = [copy.deepcopy(e) for e in ET.parse(self.scene).getroot().iter("shape")]
         for shape in shapes:
             for name in shape.findall("string[@name='filename']"):
-                name.set("value", _relative(self.scene.parent / name.attrib["value"], folder))
+                name.set("value", relative(self.scene.parent / name.attrib["value"], folder))
             move(shape, at)
         return shapes
 
@@ -109,5 +109,6 @@ def move(element: ET.Element, by: Point, scale: float = 1.0) -> None:
         ET.SubElement(transform, "scale", value=f"{scale:g}")
 
 
-def _relative(file: Path, folder: Path) -> str:
+def relative(file: Path, folder: Path) -> str:
+    """A file's name in a scene that lies in a folder."""
     return os.path.relpath(file.resolve(), folder.resolve()).replace(os.sep, "/")

@@ -295,9 +295,8 @@ def test_bidirectional_through_a_glass_globe(tmp_path: Path) -> None:
     traced = picture(LightTracing(), subject, tmp_path / "mitsuba", 1 << 13)
     bright = traced.sum(-1) > 0.2 * traced.sum(-1).max()
     assert np.allclose(image[bright].mean(0) / traced[bright].mean(0), 1, atol=0.03)
-    assert (
-        np.median(np.abs(image[bright] / traced[bright] - 1)) < 0.15
-    )  # LuxCore has no seed to rely on
+    # LuxCore has no seed to rely on: samples leave room
+    assert np.median(np.abs(image[bright] / traced[bright] - 1)) < 0.12
 
 
 @pytest.mark.parametrize(

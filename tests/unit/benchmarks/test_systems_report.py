@@ -14,7 +14,7 @@ from PIL import Image
 from benchmarks.systems.own import OWN
 from benchmarks.systems.records import Record, Records
 from benchmarks.systems.report import claims, drawing, report, tables
-from benchmarks.systems.report.series import Results, Step, at_equal_time, reach, within
+from benchmarks.systems.report.series import Results, Step, reach, within
 from benchmarks.systems.tasks.truth import Truth
 from purelight_format.errors import PureLightError
 from purelight_train.truth.picture import Passes
@@ -204,7 +204,7 @@ def test_the_report_holds_everything(tmp_path: Path) -> None:
     assert again.size[0] == 5 * (again.size[0] // 5)
 
 
-def test_floors_are_compared_at_equal_time() -> None:
+def test_floors_are_compared_within() -> None:
     made = [*series("purelight_accurate", "floor", 0.1, 0.1, lux_absolute=0.01)]
     made += [record("ball", "path", "floor", n, 0.2 * n, 1, lux_absolute=1 / n) for n in (16, 64)]
     found = Results(made)
@@ -215,12 +215,12 @@ def test_floors_are_compared_at_equal_time() -> None:
     assert (last, equal) == (64, 16)
 
 
-def test_rows_are_chosen_at_equal_time() -> None:
+def test_rows_are_chosen_within() -> None:
     found = [r for r in bench() if (r.system, r.task) == ("purelight_fast", "room")]
-    chosen = at_equal_time(found, 0.45)
+    chosen = within(found, 0.45)
     assert chosen is not None
     assert chosen.samples == 8
-    assert at_equal_time([], 1) is None
+    assert within([], 1) is None
 
 
 def test_pictures_belong_to_the_longest_name() -> None:

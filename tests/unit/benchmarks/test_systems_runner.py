@@ -16,7 +16,7 @@ from benchmarks.systems import errors, isolated, subjects
 from benchmarks.systems.__main__ import main
 from benchmarks.systems.protocol import Frame
 from benchmarks.systems.records import Record, Records
-from benchmarks.systems.runner import Runner, image, pairs
+from benchmarks.systems.runner import Runner, pairs
 from benchmarks.systems.scales import SCALES, Scale
 from benchmarks.systems.subjects import Facts
 from benchmarks.systems.tasks.task import JudgedTask
@@ -48,7 +48,7 @@ def test_records_are_made_once_and_pictures_kept(runner: Runner) -> None:
     assert [r.samples for r in found] == [128, 256]
     assert [r.last for r in found] == [False, True]
     assert found[1].cost["seconds"] == 3
-    assert image(runner.folder, found[1]).shape == (SIZE, SIZE, 3)
+    assert found[1].image(runner.folder).shape == (SIZE, SIZE, 3)
     before = runner.records.path.read_bytes()
     Runner(runner.folder, runner.scale, [Noisy()]).run(["ball"])
     assert runner.records.path.read_bytes() == before

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -67,6 +68,15 @@ def test_one_surface_around_a_bulb_is_a_shell() -> None:
     walled, notes = settle(part("Globe", model.shell()), bulb)
     assert walled["Globe"].solid
     assert notes == ""
+
+
+def test_a_name_that_all_parts_have_is_first_that_of_one() -> None:
+    """A node `lamp` about a material `lamp`: the other parts become no glass."""
+    globe = part("Globe", model.ball(0.05), Material("lamp"))
+    base = part("Base", moved(model.ball(0.01), 1), Material("Paint"))
+    below = [replace(p, path=("lamp",)) for p in (globe, base)]
+    found, _ = settle(*below, lamp="thin")
+    assert [found[n].material.glass for n in ("Globe", "Base")] == [True, False]
 
 
 def test_wanted_glass_is_made_of_any_material() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 from collections.abc import Sequence
 from fnmatch import fnmatchcase
-from typing import Protocol
+from typing import Protocol, TypeVar
 
 from purelight_format.errors import PureLightError
 
@@ -20,23 +20,27 @@ class Named(Protocol):
         """All names by which it may be chosen."""
 
 
-def matches(pattern: str, item: Named) -> bool:
-    """Whether any name of an item fits a pattern (*, ?, [...]), in letters of either case."""
-    return _fits(pattern, item.names)
+Item = TypeVar("Item", bound=Named)
 
 
-def chosen(pattern: str, items: Sequence[Named], option: str) -> list[Named]:
-    """The items that a pattern fits.
+def fitting(pattern: str, items: Sequence[Item]) -> list[Item]:
+    """The items with a name that fits a pattern (*, ?, [...]), in letters of either case.
 
     A name that all items have, as that of the file's root, counts only if it fits no other: a
     material `lamp` below a node `lamp` is that material alone.
+    """
+    shared = set.intersection(*(set(item.names) for item in items)) if items else set()
+    found = [item for item in items if _fits(pattern, _own(item.names, shared))]
+    return found or [item for item in items if _fits(pattern, item.names)]
+
+
+def chosen(pattern: str, items: Sequence[Named], option: str) -> list[Named]:
+    """The items that a pattern fits, see `fitting`.
 
     Raises:
         PureLightError: there is none; the line names those that there are.
     """
-    shared = set.intersection(*(set(item.names) for item in items)) if items else set()
-    found = [item for item in items if _fits(pattern, _own(item.names, shared))]
-    found = found or [item for item in items if matches(pattern, item)]
+    found = fitting(pattern, items)
     if not found:
         raise PureLightError(
             f"{option} {pattern}: no part has that name; {listing(pattern, items)}"

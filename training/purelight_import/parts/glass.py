@@ -11,7 +11,7 @@ import trimesh
 from purelight_import.model.lamp import Lamp, Part
 from purelight_import.model.material import Material
 from purelight_import.model.mesh import Floats, Mesh
-from purelight_import.parts.choice import matches
+from purelight_import.parts.choice import fitting
 from purelight_import.parts.hull import Hull, hull
 from purelight_import.parts.rays import Rays
 
@@ -37,7 +37,12 @@ def settled(lamp: Lamp, wanted: Mapping[str, str]) -> Lamp:
         wanted: by pattern of names, `solid` or `thin`, which overrule what the file says; parts
             of another material become glass of their colour.
     """
-    parts = [_as_glass(part, lamp) if _named(part, wanted) else part for part in lamp.parts]
+    said = {
+        id(part): kind
+        for pattern, kind in wanted.items() for part in fitting(pattern, lamp.parts)
+    }  # fmt: skip
+    kinds = [said.get(id(part)) for part in lamp.parts]
+    parts = [_as_glass(p, lamp) if k else p for p, k in zip(lamp.parts, kinds, strict=True)]
     glass = [
         i for i, p in enumerate(parts) if isinstance(p.material, Material) and p.material.glass
     ]
@@ -47,13 +52,9 @@ def settled(lamp: Lamp, wanted: Mapping[str, str]) -> Lamp:
         hulls[i] = hull(parts[i].mesh)
     others = _middles([p for i, p in enumerate(parts) if i not in hulls])
     for i in glass:
-        kind = _kind(parts[i], hulls[i], others, wanted, lamp)
+        kind = kinds[i] or _kind(parts[i], hulls[i], others, lamp)
         parts[i] = replace(parts[i], solid=kind == SOLID)
     return replace(lamp, parts=tuple(_turned(parts, hulls, lamp)))
-
-
-def _named(part: Part, wanted: Mapping[str, str]) -> bool:
-    return any(matches(pattern, part) for pattern in wanted)
 
 
 def _as_glass(part: Part, lamp: Lamp) -> Part:
@@ -69,12 +70,9 @@ def _as_glass(part: Part, lamp: Lamp) -> Part:
     return replace(part, material=clear)
 
 
-def _kind(part: Part, about: Hull, others: Floats, wanted: Mapping[str, str], lamp: Lamp) -> str:
-    """Whether a part of glass is solid or thin."""
-    said = [kind for pattern, kind in wanted.items() if matches(pattern, part)]
+def _kind(part: Part, about: Hull, others: Floats, lamp: Lamp) -> str:
+    """Whether a part of glass of which nobody said it is solid or thin."""
     assert isinstance(part.material, Material)
-    if said:
-        return said[-1]
     if part.material.thin_walled:
         lamp.notes("glass without a thickness in the file is taken as thin sheets "
                    "(--glass NAME=solid makes it a body)", part.name)  # fmt: skip

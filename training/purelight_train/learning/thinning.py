@@ -19,6 +19,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from purelight_train.learning.flux_closure import LIFT
 from purelight_train.learning.reference_rays import ReferenceRays
 from purelight_train.light.exit_records import seen_share
 from purelight_train.light.exit_surface import ExitSurface
@@ -26,7 +27,6 @@ from purelight_train.light.exit_surface import ExitSurface
 Float = NDArray[np.float32]
 Columns = tuple[Float, ...]
 TRIED = 1 << 20  # reference rays whose share is the normalisation
-LIFT = 1e-4  # radii
 
 
 @dataclass(frozen=True)

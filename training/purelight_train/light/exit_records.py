@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from purelight_train.light.exit_surface import NEAR, ExitSurface, Hits
 
 Float = NDArray[np.float32]
-LEAST_SEEN = 0.02
+LEAST_SEEN = 0.02  # part of rays that stays however short their way is
 
 
 @dataclass(frozen=True)
@@ -96,11 +96,11 @@ _COLUMNS = tuple(f.name for f in fields(ExitRecords) if f.name not in (*_COUNTS,
 
 
 def seen_share(way: Float, radius: float) -> NDArray[np.float64]:
-    """How much rays count that go so far before they meet the lamp again, infinite if they escape.
+    """How much rays count by the way that they go before they meet the lamp again: [N] -> [N].
 
     Arguments:
-        way: metres, [N].
-        radius: of the bounding sphere, metres.
+        way: in metres, infinite for rays that escape.
+        radius: of the bounding sphere, in metres.
     """
     return np.clip(np.asarray(way, np.float64) / radius, LEAST_SEEN, 1)
 

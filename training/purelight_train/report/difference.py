@@ -23,8 +23,7 @@ Image = NDArray[np.floating[Any]]
 
 def shown_scale(difference: Image) -> float:
     """The least of `STEPS` that a difference of two pictures' brightness stays within."""
-    largest = float(np.abs(difference).max())
-    return next((step for step in STEPS if largest <= step), STEPS[-1])
+    return _scale(float(np.abs(difference).max()))
 
 
 def relative(image: Image, truth: Image) -> NDArray[np.float64]:
@@ -43,7 +42,10 @@ def relative(image: Image, truth: Image) -> NDArray[np.float64]:
 
 def relative_scale(error: Image) -> float:
     """The least of `STEPS` that all but `BEYOND` of the relative errors stay within."""
-    largest = float(np.quantile(np.abs(error), 1 - BEYOND))
+    return _scale(float(np.quantile(np.abs(error), 1 - BEYOND)))
+
+
+def _scale(largest: float) -> float:
     return next((step for step in STEPS if largest <= step), STEPS[-1])
 
 

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from importlib.util import find_spec
 from pathlib import Path
 
+from benchmarks.scene_file import load_scene
 from benchmarks.systems import isolated
 from benchmarks.systems.protocol import Cost, Frame, Subject, Task
 from benchmarks.systems.rivals.bidirectional import rendering
@@ -55,9 +56,9 @@ def converted(subject: Subject, task: Task, folder: Path) -> Iterator[None]:
     """Write the task's scene with the real lamp, for LuxCore; for a process of its own."""
     from purelight_mitsuba.platform import use
 
-    mi = use()
+    use()
     from benchmarks.systems.rivals.bidirectional.conversion import convert
 
     path = task.scene(subject, RealLamp(subject.scene.resolve()), folder)
-    convert(mi.load_file(str(path), optimize=False), folder, seen=task.kind == "appearance")
+    convert(load_scene(path, optimize=False), folder, seen=task.kind == "appearance")
     yield None

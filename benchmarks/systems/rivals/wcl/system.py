@@ -51,7 +51,6 @@ class Wcl(BundleSystem):
         from benchmarks.systems.rivals.wcl.bins import Box
         from benchmarks.systems.rivals.wcl.table import Table, appearance
         from benchmarks.systems.rivals.wcl.wavelets import compress
-        from purelight_export.export import export
         from purelight_train.networks.student import Student
         from purelight_train.runs.routes import TeacherRoute
         from purelight_train.runs.trained import SAMPLER, TRANSPARENCY
@@ -73,14 +72,10 @@ class Wcl(BundleSystem):
             atomic.write_bytes(folder / "table.json", json.dumps(about).encode())
         model = appearance(packed.bins)
         training.adopt("student", Table(model))
-        for declared in (TRANSPARENCY, SAMPLER):
-            with account.stage(declared.name):
-                proxy.train(training, [declared])
-        with account.stage("export"):
-            # The exporter wants a student; an untrained one is replaced at once
-            run.save("student", Student(training.lamp.description, preset), {"losses": []})
-            export(folder / "run", folder / "frame.plux", networks=["transparency", "sampler"])
-            with_networks(folder / "frame.plux", folder / BUNDLE, {"appearance": model})
+        # The exporter wants a student; an untrained one is replaced at once
+        run.save("student", Student(training.lamp.description, preset), {"losses": []})
+        proxy.finish(training, (TRANSPARENCY, SAMPLER), folder / "frame.plux", account)
+        with_networks(folder / "frame.plux", folder / BUNDLE, {"appearance": model})
 
     def held(self, file: Path) -> float:
         """Of the file, with the compressed table in place of the plain one."""

@@ -41,15 +41,13 @@ def _looked_up(
     graph: Graph, face: Value, square: list[Value], sizes: tuple[int, ...], bins: Bins
 ) -> Value:
     """The mean of the 16 bins around, by their nearness: [N, 3]."""
-    first, part, last = graph.cast(face, np.int32), [], []
-    lows = []
+    first, part, lows = graph.cast(face, np.int32), [], []
     for x, size in zip(square, sizes, strict=True):
         at = graph.clip(x * float(size) - 0.5, 0.0, size - 1.0)
         low = graph.clip(graph.floor(at), 0.0, size - 2.0)
         part.append(at - low)
         lows.append(graph.cast(low, np.int32))
-        last.append(size)
-    for low, size in zip(lows, last, strict=True):
+    for low, size in zip(lows, sizes, strict=True):
         first = first * size + low
     strides = [int(np.prod(sizes[k + 1 :])) for k in range(4)]
     corners = list(product((0, 1), repeat=4))

@@ -1,0 +1,20 @@
+"""A scene's file, read by Mitsuba on any number of threads."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from purelight_mitsuba.platform import reading
+
+
+def load_scene(path: Path, **options: Any) -> Any:
+    """`mi.load_file`, which alone would wait forever for images where there is one thread.
+
+    Arguments:
+        options: of `mi.load_file`.
+    """
+    import mitsuba as mi
+
+    with reading():
+        return mi.load_file(str(path), **options)
