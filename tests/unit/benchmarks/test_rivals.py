@@ -294,8 +294,8 @@ def test_bidirectional_through_a_glass_globe(tmp_path: Path) -> None:
     image = lux(subject, tmp_path, 2048)
     traced = picture(LightTracing(), subject, tmp_path / "mitsuba", 1 << 13)
     bright = traced.sum(-1) > 0.2 * traced.sum(-1).max()
-    assert np.allclose(image[bright].mean(0) / traced[bright].mean(0), 1, atol=0.03)
-    # LuxCore has no seed to rely on: samples leave room
+    # LuxCore has another shadowing (2 % here) and no seed: 1.009 to 1.025 was seen, and 0.06
+    assert np.allclose(image[bright].mean(0) / traced[bright].mean(0), 1, atol=0.05)
     assert np.median(np.abs(image[bright] / traced[bright] - 1)) < 0.12
 
 
