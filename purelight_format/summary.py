@@ -62,7 +62,7 @@ def summary_text(bundle: Bundle) -> str:
 def _lamp(bundle: Bundle) -> list[str]:
     about, surface = bundle.manifest, bundle.surface()
     sphere = about.bounding_sphere
-    center = ", ".join(f"{x:.4g}" for x in sphere.center)
+    center = ", ".join(f"{_plain(x, 1e-6 * sphere.radius):.4g}" for x in sphere.center)
     flux = ", ".join(f"{x:.4g}" for x in about.flux)
     area = surface.area().sum()
     return [
@@ -74,6 +74,11 @@ def _lamp(bundle: Bundle) -> list[str]:
         _line("exit surface", f"{len(surface.triangles):,} triangles, {_area(area)}"),
         *_finishes(about.finishes),
     ]  # fmt: skip
+
+
+def _plain(value: float, negligible: float) -> float:
+    """Zero for what is zero but for rounding."""
+    return 0.0 if abs(value) < negligible else value
 
 
 def _finishes(finishes: Sequence[Finish]) -> list[str]:

@@ -15,7 +15,14 @@ from purelight_export.grid import grid
 from purelight_format.measures import Cap, cap, cap_to_direction, direction_to_cap, encode_point
 from purelight_train.light.description import Description
 from purelight_train.networks.encodings import GridEncoding
-from purelight_train.networks.fast_map import SIZE, FastMap
+from purelight_train.networks.fast_map import (
+    BLOCKS,
+    CELLS,
+    MOST_TINT,
+    SIDE,
+    SIZE,
+    FastMap,
+)
 from purelight_train.networks.point_encoding import ANGLE_BINS, PointEncoding
 from purelight_train.networks.sampler import UNIFORM_FRACTION, Sampler
 from purelight_train.networks.student import Student
@@ -78,28 +85,46 @@ def fast_map(network: FastMap, *, compact: bool = False) -> bytes:
     """point [N, 3] -> radiance_map [N, 16, 16, 3] in W/(m² sr)."""
     graph = Graph("fast_map")
     _, context = _point(graph, graph.input("point", 3), network.encoding, compact=compact)
-    if network.one_hot:
-        output = _channel_by_channel(graph, context, network)
-    else:
-        output = mlp(graph, [context], network.network)
-    ceiling = np.repeat(network.ceiling.cpu().numpy(), SIZE * SIZE)
-    log = graph.minimum(graph.relu(output), ceiling)
     gain = (network.gain.double() * network.scale * network.channels).cpu().numpy()
-    scaled = (graph.exp(log) - 1.0) * np.repeat(gain, SIZE * SIZE)
-    radiance = graph.reshape(scaled, 3, SIZE, SIZE)
-    graph.output("radiance_map", graph.channels_last(radiance))
+    if network.one_hot:
+        cells = _channel_by_channel(graph, context, network) * np.repeat(gain, CELLS)
+    else:
+        cells = _tinted(graph, context, network, gain)
+    graph.output("radiance_map", graph.channels_last(graph.reshape(cells, 3, SIZE, SIZE)))
     return graph.to_bytes()
 
 
+def _tinted(graph: Graph, context: Features, network: FastMap, gain: np.ndarray) -> Value:
+    """Brightness times tint times gain of each channel and cell, see `FastMap.value`."""
+    x, y = graph.split(mlp(graph, [context], network.network), [CELLS, 3 * BLOCKS])
+    brightness = _raised(graph, x, network.ceiling.cpu().numpy())
+    raw = graph.split(graph.exp(graph.clip(y, -MOST_TINT, MOST_TINT)), 3 * [BLOCKS])
+    red, green, blue = (tint * float(w) for tint, w in zip(raw, network.share, strict=True))
+    total = red + green + blue
+    tint = graph.concat([t * float(g) / total for t, g in zip(raw, gain, strict=True)])
+    # Wide along a row, which is spread over the rows of its blocks
+    wide = graph.gather_columns(tint, np.arange(3 * BLOCKS).repeat(SIDE).tolist())
+    rows = graph.reshape(brightness, 1, SIDE, SIDE, SIZE)
+    return rows * graph.reshape(wide, 3, SIDE, 1, SIZE)
+
+
+def _raised(graph: Graph, log: Value, ceiling: np.ndarray) -> Value:
+    """exp(log) - 1 where log is neither below zero nor above its ceiling."""
+    if len(ceiling) == 1:
+        return graph.exp(graph.clip(log, 0.0, float(ceiling[0]))) - 1.0
+    return graph.exp(graph.minimum(graph.relu(log), ceiling)) - 1.0
+
+
 def _channel_by_channel(graph: Graph, context: Features, network: FastMap) -> Value:
-    """Columns [channel, cell] of a network that takes the channel as an input."""
+    """Columns [channel, cell] without gain of a network that takes the channel as an input."""
     channels = network.channels.cpu().numpy()
     maps = []
     for channel in np.flatnonzero(channels) if channels.any() else [0]:
         one_hot = Features(context.value, *_with_constant(context, np.eye(3)[channel]))
         maps.append(mlp(graph, [one_hot], network.network))
     present = np.cumsum(channels > 0).clip(1) - 1
-    return graph.concat([maps[int(k)] for k in present])
+    ceiling = np.repeat(network.ceiling.cpu().numpy(), CELLS)
+    return _raised(graph, graph.concat([maps[int(k)] for k in present]), ceiling)
 
 
 def _with_constant(features: Features, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

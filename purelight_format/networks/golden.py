@@ -13,6 +13,7 @@ from purelight_format.networks import reference
 from purelight_format.networks.vectors import Vectors
 
 COUNT = 64
+VALUES = 1 << 14  # of outputs, which maps of radiance have in fewer vectors
 FLOOR = 1e-4
 FACTOR = 8.0
 TRIALS = 4
@@ -49,14 +50,15 @@ def golden_vectors(
         units: The size of each output that counts as small; zero for purely relative.
 
     Raises:
-        PureLightError: If fewer than 64 candidates are well conditioned.
+        PureLightError: If too few candidates are well conditioned.
     """
     inputs = {name: np.asarray(array, np.float32) for name, array in candidates.items()}
     judged = judge(
         inputs, _evaluation(model), units, shaking=lambda rng: _evaluation(shaken(model, rng))
     )
-    chosen = np.flatnonzero(judged.fit)[:COUNT]
-    if len(chosen) < COUNT:
+    count = min(COUNT, VALUES // _width(judged.outputs))
+    chosen = np.flatnonzero(judged.fit)[:count]
+    if len(chosen) < count:
         raise PureLightError(f"{network}: only {len(chosen)} golden vectors are well conditioned")
     groups = (inputs, judged.outputs, judged.tolerances)
     return Vectors(network, *({k: array[chosen] for k, array in group.items()} for group in groups))
@@ -94,6 +96,11 @@ def judge(
         tolerances[name] = floor * (np.abs(y) + units[name]) + FACTOR * spread
         fit &= _rows_within(tolerances[name], 0.1 * (_row_size(y) + units[name]))
     return Judgement(exact, tolerances, fit)
+
+
+def _width(outputs: Arrays) -> int:
+    """Values of one vector in all outputs."""
+    return sum(array[0].size for array in outputs.values())
 
 
 def _evaluation(model: bytes) -> Evaluation:

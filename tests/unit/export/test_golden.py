@@ -11,9 +11,10 @@ from purelight_export import networks
 from purelight_export.graph import Graph
 from purelight_format.errors import PureLightError
 from purelight_format.networks import probes
-from purelight_format.networks.golden import COUNT, FLOOR, golden_vectors
+from purelight_format.networks.golden import COUNT, FLOOR, VALUES, golden_vectors
 from purelight_onnx.session import Session
 from purelight_train.light.description import Description
+from purelight_train.networks.fast_map import FastMap
 from purelight_train.networks.sampler import Sampler
 from purelight_train.presets import Preset
 
@@ -61,6 +62,14 @@ def test_too_few_good_candidates_are_an_error() -> None:
     x = np.full(COUNT, 0.5)
     with pytest.raises(PureLightError, match="transparency"):
         golden_vectors("transparency", step(), candidates(x), {"transmittance": 0.0})
+
+
+def test_maps_have_fewer_vectors(description: Description, preset: Preset, wild: Any) -> None:
+    model = networks.fast_map(wild(FastMap, description, preset))
+    probe = probes.point_probes(extent(description), 64, np.random.default_rng(0))
+    vectors = golden_vectors("fast_map", model, probe, {"radiance_map": 1.0})
+    assert len(vectors) == VALUES // (16 * 16 * 3)
+    assert len(vectors) > len(probes.EDGE_RADII)
 
 
 def test_float32_meets_the_vectors_of_a_sampler(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -116,6 +116,7 @@ def start(
     anchor: str = "none",
     early_stop: bool = False,
     exit_surface: str = AUTO,
+    judged: bool = True,
     look: Callable[[Luminaire | MeasuredLuminaire], None] = lambda _: None,
 ) -> Training:
     """Prepare a run directory for a luminaire, or continue one.
@@ -128,6 +129,7 @@ def start(
         early_stop: end optimisations whose error on held-out light has stopped falling; always
             where measured rays are too few for all steps.
         exit_surface: where measured rays leave the lamp (`measured_luminaire.load_measured`).
+        judged: whether the run is to end with a verdict.
         look: called with the lamp of a new run before its light is traced.
 
     Raises:
@@ -148,7 +150,8 @@ def start(
         "seed": seed,
         **({"exit_surface": exit_surface} if measured else {}),
     }
-    stages = Stages(run, seed, torch.device(device), stage_names(route), early_stop)
+    unseen = ("verdict", *TRANSPARENCY.stages) if measured else ("verdict",) if not judged else ()
+    stages = Stages(run, seed, torch.device(device), stage_names(route, unseen), early_stop)
     if (output / "config.json").is_file():
         return _continue(scene, stages, config, preset, resume=resume)
     lamp = TracedLamp(scene, preset.for_route(route).paths, stages, exit_surface, preset.tolerance)
@@ -206,6 +209,7 @@ def reopen(run: RunDirectory, scene: Path, device: str = "cpu") -> Training:
     return Training(route(lamp, preset, stages))
 
 
-def stage_names(route: str) -> tuple[str, ...]:
-    """The stages of a run, in order."""
-    return *ROUTES[route].gathers, *(name for d in TRAINED for name in d.stages), "verdict"
+def stage_names(route: str, left_out: Collection[str] = ()) -> tuple[str, ...]:
+    """The stages of a run, in order, but those left out."""
+    names = (*ROUTES[route].gathers, *(name for d in TRAINED for name in d.stages), "verdict")
+    return tuple(name for name in names if name not in left_out)

@@ -21,7 +21,7 @@ from purelight_train.sizes.ladder import Rung, resized, student_rung, unit_point
 # The best first: a second layer is worth more than a wider one.
 NETWORKS = (MLPSize(32, 2), MLPSize(48, 1), MLPSize(32, 1), MLPSize(16, 2), MLPSize(16, 1))
 SHARES = (1.0, 1 / 2, 1 / 4)
-SAMPLER, FAST_MAP = FlowSize(2, MLPSize(16, 2), 16), MLPSize(16, 2)
+SAMPLER, FAST_MAP = FlowSize(2, MLPSize(16, 2), 16), MLPSize(32, 2)
 OTHERS = 1 << 18  # Numbers of a network besides those of its grids, more than any here has.
 
 

@@ -53,7 +53,7 @@ function lamp({ manifest: about, surface }) {
   const far = `${general(about.r_max)} radii (${lengthText(about.r_max * radius)}) away`;
   return [
     ["size", `${lengthText(2 * radius)} across; a sphere of radius ${general(radius, 4)} m about (${
-      numbers(center)})`],
+      numbers(center.map((x) => (Math.abs(x) < 1e-6 * radius ? 0 : x)))})`],
     ["light", `${general(lumens(about.flux), 4)} lm; ${numbers(about.flux)} W (R, G, B)${
       colorText(about)}`],
     ["radiance", `${general(about.radiance_scale, 4)} W/(m2 sr) in the mean; trained to ${far}`],

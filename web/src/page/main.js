@@ -77,6 +77,7 @@ class Page {
     this.close();
     this.complain("");
     $("progress").textContent = "Reading…";
+    $("empty").hidden = true;
     const opening = (this.opening = Symbol("opening"));
     try {
       const answer = await this.reader.open(await bytes(), this.gpu?.widest ?? 4096);
@@ -106,7 +107,6 @@ class Page {
     this.lamp = lamp;
     $("name").textContent = lamp.name;
     document.title = `${lamp.name} – PureLight`;
-    $("empty").hidden = true;
     $("panel").hidden = false;
     $("progress").textContent = "";
     $("inspect").replaceChildren(...inspection(lamp, issues, this.gpu, (network) =>
