@@ -64,6 +64,8 @@ class Preset:
         cap_points: shading points that sampler and fast map learn from; with too few of them a
             small bright filament is learned by heart.
         transparency_samples: lines through the lamp; with too few of them their noise is learned.
+        transparency_anchor: whether the transparency encodes the anchor `straight` too, over a grid
+            like that of the point.
         fast_map_one_hot: evaluate the fast map's network channel by channel (`fast_map`).
         photons: optimisation of the student on the route `photons`; its batch counts photons.
         photon_loss: `both`, `logistic` or `poisson` (`photon_loss`).
@@ -108,6 +110,7 @@ class Preset:
     anchor: str = "none"
     anchor_grid: GridSize | None = None
     student_link: str = "log1p"
+    transparency_anchor: bool = False
     mixed_precision: bool = False
     tolerance: float = 0.0
 
@@ -135,6 +138,11 @@ class Preset:
             if self.anchor_grid is None
             else dict.fromkeys(ANCHORS[self.anchor], self.anchor_grid)
         )
+
+    @property
+    def transparency_anchors(self) -> dict[str, GridSize]:
+        """The anchors that the transparency encodes, and the grid over each."""
+        return {"straight": self.transparency_grid} if self.transparency_anchor else {}
 
     def for_route(self, route: str, *, anchor: str = "none") -> Preset:
         """The preset of a route; anchors take their grids out of the student's, size for size.
@@ -181,7 +189,8 @@ DRAFT = Preset(
     student_network=MLPSize(64, 3),
     student=Optimisation(2000, 1 << 14, 5e-3),
     transparency_samples=1 << 22,
-    transparency_grid=GridSize(6, 2, 8, 64, 1 << 14),
+    transparency_grid=GridSize(4, 2, 8, 32, 1 << 14),
+    transparency_anchor=True,
     transparency_network=MLPSize(32, 2),
     transparency=Optimisation(800, 1 << 14, 5e-3),
     cap_points=1 << 16,
@@ -208,7 +217,7 @@ SKETCH = replace(
     student_network=MLPSize(32, 2),
     student=Optimisation(300, 1 << 13, 8e-3),
     transparency_samples=1 << 19,
-    transparency_grid=GridSize(4, 2, 8, 32, 1 << 12),
+    transparency_grid=GridSize(3, 2, 8, 16, 1 << 12),
     transparency_network=MLPSize(16, 2),
     transparency=Optimisation(150, 1 << 12, 8e-3),
     cap_points=1 << 12,
@@ -232,7 +241,8 @@ STANDARD = Preset(
     student_network=MLPSize(128, 4),
     student=Optimisation(10_000, 1 << 13, 5e-3),
     transparency_samples=1 << 24,
-    transparency_grid=GridSize(8, 2, 8, 128, 1 << 16),
+    transparency_grid=GridSize(5, 2, 8, 64, 1 << 16),
+    transparency_anchor=True,
     transparency_network=MLPSize(64, 3),
     transparency=Optimisation(2000, 1 << 14, 3e-3),
     cap_points=1 << 18,

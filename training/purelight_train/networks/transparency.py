@@ -13,10 +13,17 @@ DEGREE = 3
 
 
 class Transparency(SurfaceNetwork):
-    """Transmittance in [0, 1] per channel, for the line that enters at position along -outgoing."""
+    """Transmittance in [0, 1] per channel, for the line that enters at position along -outgoing.
+
+    Wires and filaments inside are shadows of a line, whichever wall it enters by: with
+    `transparency_anchor` the network is told the line's point nearest the lamp's centre, too.
+    """
 
     def __init__(self, description: Description, preset: Preset) -> None:
-        super().__init__(description, preset.transparency_grid, DEGREE, preset.transparency_network)
+        super().__init__(
+            description, preset.transparency_grid, DEGREE, preset.transparency_network,
+            preset.transparency_anchors,
+        )  # fmt: skip
 
     def forward(self, position: Tensor, normal: Tensor, outgoing: Tensor) -> Tensor:
         """Transmittance: three of [N, 3] -> [N, 3]."""

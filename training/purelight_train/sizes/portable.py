@@ -62,9 +62,10 @@ def _table_within(grid: GridSize, room: int) -> GridSize:
 
 def transparencies(preset: Preset) -> Iterator[Preset]:
     """The preset with transparencies of the tier, the largest first."""
-    grid = _table_within(preset.transparency_grid, PORTABLE.constants - OTHERS)
+    count = 1 + len(preset.transparency_anchors)
+    grid = _table_within(preset.transparency_grid, (PORTABLE.constants - OTHERS) // count)
     while True:
-        network = _best([grid], transparency.DEGREE)
+        network = _best(count * [grid], transparency.DEGREE)
         if network is not None:
             yield replace(preset, transparency_grid=grid, transparency_network=network)
         if grid.levels <= 2:
