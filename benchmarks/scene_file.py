@@ -11,10 +11,16 @@ from purelight_mitsuba.platform import reading
 def load_scene(path: Path, **options: Any) -> Any:
     """`mi.load_file`, which alone would wait forever for images where there is one thread.
 
+    Spheres that shine are turned upright, as Mitsuba's light tracer is wrong about others.
+
     Arguments:
         options: of `mi.load_file`.
     """
     import mitsuba as mi
 
+    from purelight_train.light.upright_spheres import turn_upright
+
     with reading():
-        return mi.load_file(str(path), **options)
+        scene = mi.load_file(str(path), **options)
+    turn_upright(scene)
+    return scene

@@ -60,10 +60,10 @@ def test_a_scene_says_whether_to_check(given: dict[str, Any], tmp_path: Path) ->
         integrator.prepare(scene)
 
 
-def test_the_bundles_of_the_suite_carry_64_vectors(folder: Path) -> None:
+def test_the_bundles_of_the_suite_carry_vectors(folder: Path) -> None:
     for path in (folder / "bundles").iterdir():
         bundle = Bundle.open(path)
         for network in bundle.manifest.networks:
             assert member_of(network) in container.scan(bundle.data)
-            assert len(bundle.vectors(network)) == 64
+            assert len(bundle.vectors(network)) == (21 if network == "fast_map" else 64)
             assert np.isfinite(next(iter(bundle.vectors(network).tolerances.values()))).all()

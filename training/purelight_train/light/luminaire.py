@@ -26,6 +26,7 @@ from purelight_train.light.interfaces import Interfaces
 from purelight_train.light.light_tracing import BATCH, trace_records
 from purelight_train.light.plugins import ray_file_plugin
 from purelight_train.light.rays import scene_extent
+from purelight_train.light.upright_spheres import turn_upright
 from purelight_train.light.virtual_surface import hull
 
 VISIBILITY_RAYS = 1 << 21
@@ -151,6 +152,7 @@ def _load_scene(path: Path) -> mi.Scene:
         raise PureLightError(f"{path}: not a Mitsuba 3 scene: {reason[-300:]}") from None
     if not isinstance(scene, mi.Scene):
         raise PureLightError(f"{path}: the file holds no <scene>; wrap the lamp's shapes in one")
+    turn_upright(scene)
     return scene
 
 

@@ -1,0 +1,78 @@
+"""Light of spheres that stand in any way is that of upright ones."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import mitsuba as mi
+import numpy as np
+import pytest
+
+from purelight_format.errors import PureLightError
+from purelight_train.truth.plane import Plane
+from tests.support import fidelity
+
+TURNS = {
+    "upright": "",
+    "turned": '<rotate x="0.6" y="0.8" angle="70"/>',
+    "upside down": '<rotate x="1" angle="180"/>',
+    # Mitsuba turns the normals of what is mirrored
+    "mirrored and flipped": '<scale x="-1"/>',
+}
+SPHERE = """
+  <shape type="sphere" id="lit">
+    <transform name="to_world">{turn}<scale value="0.05"/><translate x="0.02" y="0.01"/></transform>
+    <boolean name="flip_normals" value="{flip}"/>
+    <emitter type="area">{radiance}</emitter>
+  </shape>
+  <shape type="sphere" id="base"><point name="center" x="0.3" y="0.01" z="0"/>
+    <float name="radius" value="0.01"/><bsdf type="diffuse"/></shape>"""
+ONE = '<rgb name="radiance" value="1"/>'
+PATHS = 1 << 18
+
+pytestmark = pytest.mark.usefixtures("mitsuba")
+
+
+def loaded(path: Path) -> Any:
+    from purelight_train.light.luminaire import load_luminaire
+
+    return load_luminaire(path, 0)
+
+
+def scene(folder: Path, turn: str, radiance: str = ONE) -> Path:
+    flip = "true" if "-1" in turn else "false"
+    text = SPHERE.format(turn=turn, radiance=radiance, flip=flip)
+    path = folder / "lamp.xml"
+    path.write_text(f'<scene version="3.0.0">{text}\n</scene>')
+    return path
+
+
+@pytest.mark.parametrize("turn", TURNS.values(), ids=TURNS)
+def test_a_sphere_lights_all_sides_alike(tmp_path: Path, turn: str) -> None:
+    lamp = loaded(scene(tmp_path, turn))
+    for height in (-1.0, 1.0):
+        plane = Plane((0.02, 0.01, height), 0.2, 1)
+        light, noise = fidelity.traced_plane(lamp.scene, plane, 8 * PATHS, 3)
+        seen = np.pi * 0.05**2  # of a place so small and so far away, nearly
+        assert noise.mean() < 0.02 * seen
+        np.testing.assert_allclose(light.mean(), seen, rtol=0.05)
+
+
+@pytest.mark.parametrize("turn", TURNS.values(), ids=TURNS)
+def test_no_light_of_a_sphere_is_lost(tmp_path: Path, turn: str) -> None:
+    lamp = loaded(scene(tmp_path, turn))
+    flux = lamp.trace(PATHS, 1).flux
+    np.testing.assert_allclose(np.array(flux), np.pi * 4 * np.pi * 0.05**2, rtol=0.01)
+
+
+def test_a_turned_sphere_with_a_texture_is_refused(tmp_path: Path) -> None:
+    image = mi.Bitmap(np.ones((4, 4, 3), np.float32))
+    image.write(str(tmp_path / "light.exr"))
+    texture = (
+        '<texture type="bitmap" name="radiance"><string name="filename" value="light.exr"/>'
+        '<boolean name="raw" value="true"/></texture>'
+    )
+    loaded(scene(tmp_path, TURNS["upright"], texture))
+    with pytest.raises(PureLightError, match="'lit' is a sphere that is turned"):
+        loaded(scene(tmp_path, TURNS["turned"], texture))
