@@ -125,7 +125,6 @@ def compare(
         spp: Samples per pixel of one pass.
         passes: Independent ones, at least two.
     """
-
     folder.mkdir(parents=True, exist_ok=True)
     result = {}
     for name, place in places(bundle).items():

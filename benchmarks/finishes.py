@@ -78,7 +78,6 @@ class Subject:
 
     def real(self, *, on: bool) -> dict[str, Any]:
         """The shapes of the real lamp, by their names."""
-
         path = self.scene if on else self.dark
         matrix = " ".join(f"{x:.9g}" for x in np.array(self.placed().matrix).ravel())
         root = ET.parse(path).getroot()

@@ -24,8 +24,12 @@ from purelight_format.usd.luminaires import luminaires
 from purelight_mitsuba import platform
 
 HEAD = '#usda 1.0\n(\n    defaultPrim = "Hall"\n    metersPerUnit = 1\n    upAxis = "Z"\n)\n'
-CAMERA = 'def Camera "Camera"\n{{\n    double3 xformOp:translate = (0, 0, 9)\n'
-CAMERA += '    uniform token[] xformOpOrder = ["xformOp:translate"]\n}}\n'
+CAMERA = """def Camera "Camera"
+{
+    double3 xformOp:translate = (0, 0, 9)
+    uniform token[] xformOpOrder = ["xformOp:translate"]
+}
+"""
 REFERENCE = """    def Xform "Lamp_{index}" ({instanceable}
         references = @{asset}@
     )
@@ -60,7 +64,7 @@ def stage_text(kind: str, asset: Path, count: int) -> str:
             REFERENCE.format(index=k, asset=asset, x=x, y=y, instanceable=mark)
             for k, (x, y) in enumerate(places)
         )
-    return HEAD + 'def Xform "Hall"\n{\n' + body + "}\n" + CAMERA.format()
+    return HEAD + 'def Xform "Hall"\n{\n' + body + "}\n" + CAMERA
 
 
 def seconds(work: Callable[[], Answer]) -> tuple[float, Answer]:
@@ -96,6 +100,8 @@ def main() -> int:
     options = parser.parse_args()
     platform.use()
     try:
+        if not options.asset.is_file():
+            raise PureLightError(f"{options.asset}: no such file; purelight-export writes it")
         with tempfile.TemporaryDirectory() as folder:
             print("| lamps as | s to find | s to load |\n|---|---|---|")
             for kind in KINDS:

@@ -111,7 +111,6 @@ def _train(scene: Path, run: Path, preset: str, threads: int) -> None:
 
 
 def _aperture(scene: Path) -> float:
-
     from purelight_train.truth.light_traced import sharp_share
     from purelight_train.truth.thin_lens import aperture_for
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from torch import Tensor
 
 from purelight_export.encodings import Features, harmonics, join, mlp, one_blob
 from purelight_export.flow import flow_density, flow_sample
@@ -15,14 +16,7 @@ from purelight_export.grid import grid
 from purelight_format.measures import Cap, cap, cap_to_direction, direction_to_cap, encode_point
 from purelight_train.light.description import Description
 from purelight_train.networks.encodings import GridEncoding
-from purelight_train.networks.fast_map import (
-    BLOCKS,
-    CELLS,
-    MOST_TINT,
-    SIDE,
-    SIZE,
-    FastMap,
-)
+from purelight_train.networks.fast_map import BLOCKS, CELLS, MOST_TINT, SIDE, SIZE, FastMap
 from purelight_train.networks.point_encoding import ANGLE_BINS, PointEncoding
 from purelight_train.networks.sampler import UNIFORM_FRACTION, Sampler
 from purelight_train.networks.student import Student
@@ -97,7 +91,7 @@ def fast_map(network: FastMap, *, compact: bool = False) -> bytes:
 def _tinted(graph: Graph, context: Features, network: FastMap, gain: np.ndarray) -> Value:
     """Brightness times tint times gain of each channel and cell, see `FastMap.value`."""
     x, y = graph.split(mlp(graph, [context], network.network), [CELLS, 3 * BLOCKS])
-    brightness = _raised(graph, x, network.ceiling.cpu().numpy())
+    brightness = _raised(graph, x, network.ceiling)
     raw = graph.split(graph.exp(graph.clip(y, -MOST_TINT, MOST_TINT)), 3 * [BLOCKS])
     red, green, blue = (tint * float(w) for tint, w in zip(raw, network.share, strict=True))
     total = red + green + blue
@@ -108,11 +102,9 @@ def _tinted(graph: Graph, context: Features, network: FastMap, gain: np.ndarray)
     return rows * graph.reshape(wide, 3, SIDE, 1, SIZE)
 
 
-def _raised(graph: Graph, log: Value, ceiling: np.ndarray) -> Value:
-    """exp(log) - 1 where log is neither below zero nor above its ceiling."""
-    if len(ceiling) == 1:
-        return graph.exp(graph.clip(log, 0.0, float(ceiling[0]))) - 1.0
-    return graph.exp(graph.minimum(graph.relu(log), ceiling)) - 1.0
+def _raised(graph: Graph, log: Value, ceiling: Tensor) -> Value:
+    """exp(log) - 1 with log neither below zero nor above its ceiling, one number."""
+    return graph.exp(graph.clip(log, 0.0, float(ceiling))) - 1.0
 
 
 def _channel_by_channel(graph: Graph, context: Features, network: FastMap) -> Value:
@@ -121,10 +113,10 @@ def _channel_by_channel(graph: Graph, context: Features, network: FastMap) -> Va
     maps = []
     for channel in np.flatnonzero(channels) if channels.any() else [0]:
         one_hot = Features(context.value, *_with_constant(context, np.eye(3)[channel]))
-        maps.append(mlp(graph, [one_hot], network.network))
+        log = mlp(graph, [one_hot], network.network)
+        maps.append(_raised(graph, log, network.ceiling[channel]))
     present = np.cumsum(channels > 0).clip(1) - 1
-    ceiling = np.repeat(network.ceiling.cpu().numpy(), CELLS)
-    return _raised(graph, graph.concat([maps[int(k)] for k in present]), ceiling)
+    return graph.concat([maps[int(k)] for k in present])
 
 
 def _with_constant(features: Features, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

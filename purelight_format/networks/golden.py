@@ -10,7 +10,7 @@ import numpy as np
 
 from purelight_format.errors import PureLightError
 from purelight_format.networks import reference
-from purelight_format.networks.vectors import Vectors
+from purelight_format.networks.vectors import Vectors, answers
 
 COUNT = 64
 VALUES = 1 << 14  # of outputs, which maps of radiance have in fewer vectors
@@ -40,6 +40,11 @@ class Judgement:
     fit: np.ndarray
 
 
+def count(network: str) -> int:
+    """How many vectors a network gets."""
+    return min(COUNT, VALUES // answers(network))
+
+
 def golden_vectors(
     network: str, model: bytes, candidates: Mapping[str, np.ndarray], units: Mapping[str, float]
 ) -> Vectors:
@@ -56,9 +61,8 @@ def golden_vectors(
     judged = judge(
         inputs, _evaluation(model), units, shaking=lambda rng: _evaluation(shaken(model, rng))
     )
-    count = min(COUNT, VALUES // _width(judged.outputs))
-    chosen = np.flatnonzero(judged.fit)[:count]
-    if len(chosen) < count:
+    chosen = np.flatnonzero(judged.fit)[: count(network)]
+    if len(chosen) < count(network):
         raise PureLightError(f"{network}: only {len(chosen)} golden vectors are well conditioned")
     groups = (inputs, judged.outputs, judged.tolerances)
     return Vectors(network, *({k: array[chosen] for k, array in group.items()} for group in groups))
@@ -96,11 +100,6 @@ def judge(
         tolerances[name] = floor * (np.abs(y) + units[name]) + FACTOR * spread
         fit &= _rows_within(tolerances[name], 0.1 * (_row_size(y) + units[name]))
     return Judgement(exact, tolerances, fit)
-
-
-def _width(outputs: Arrays) -> int:
-    """Values of one vector in all outputs."""
-    return sum(array[0].size for array in outputs.values())
 
 
 def _evaluation(model: bytes) -> Evaluation:

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import prod
 from typing import Any
 
 from purelight_format.networks.model import load
 from purelight_format.networks.operators import FLOAT, INT64, Tensor
 from purelight_format.networks.profile import foretell
-from purelight_format.networks.vectors import SIGNATURES
+from purelight_format.networks.vectors import SIGNATURES, answers
 
 SMALL = 4  # Elements that are no layer, but a colour or less.
 MAP_CELLS = 256  # A network that answers so much at once is asked once for many directions.
@@ -43,8 +42,7 @@ TIERS = {PORTABLE.name: PORTABLE}
 
 def most_macs(tier: Tier, network: str) -> int:
     """Multiply-adds that a network of this kind may take."""
-    answers = sum(map(prod, SIGNATURES[network].outputs.values()))
-    return tier.map_macs if answers >= MAP_CELLS else tier.macs
+    return tier.map_macs if answers(network) >= MAP_CELLS else tier.macs
 
 
 def fault(tier: Tier, model: bytes, network: str) -> str:

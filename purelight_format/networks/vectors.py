@@ -34,6 +34,11 @@ SIGNATURES = {
 }
 
 
+def answers(network: str) -> int:
+    """Numbers that a network gives for one sample, in all of its outputs."""
+    return sum(map(math.prod, SIGNATURES[network].outputs.values()))
+
+
 @dataclass(frozen=True)
 class Vectors:
     """Golden vectors of one network, N of them.

@@ -13,6 +13,7 @@ from purelight_format.bundle import Bundle
 from purelight_format.errors import PureLightError
 from purelight_format.members import container, npy
 from purelight_format.members import network as member_of
+from purelight_format.networks import golden
 from purelight_format.networks.vectors import SIGNATURES
 from purelight_mitsuba.lamps.luminaire import load
 from purelight_onnx.luminaire import Luminaire
@@ -65,5 +66,5 @@ def test_the_bundles_of_the_suite_carry_vectors(folder: Path) -> None:
         bundle = Bundle.open(path)
         for network in bundle.manifest.networks:
             assert member_of(network) in container.scan(bundle.data)
-            assert len(bundle.vectors(network)) == (21 if network == "fast_map" else 64)
+            assert len(bundle.vectors(network)) == golden.count(network)
             assert np.isfinite(next(iter(bundle.vectors(network).tolerances.values()))).all()

@@ -144,6 +144,11 @@ class Preset:
         """The anchors that the transparency encodes, and the grid over each."""
         return {"straight": self.transparency_grid} if self.transparency_anchor else {}
 
+    @property
+    def transparency_grids(self) -> list[GridSize]:
+        """All grids of the transparency."""
+        return [self.transparency_grid, *self.transparency_anchors.values()]
+
     def for_route(self, route: str, *, anchor: str = "none") -> Preset:
         """The preset of a route; anchors take their grids out of the student's, size for size.
 

@@ -91,7 +91,7 @@ class Results:
 
 
 def within(series: Sequence[Timed], seconds: float | None) -> Timed | None:
-    """The last of a series that takes no longer, a tenth aside; the first if all do.
+    """The last of a series that takes no longer, a tenth aside; the first if none does.
 
     Arguments:
         seconds: None for any.

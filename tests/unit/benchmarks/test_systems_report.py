@@ -204,7 +204,7 @@ def test_the_report_holds_everything(tmp_path: Path) -> None:
     assert again.size[0] == 5 * (again.size[0] // 5)
 
 
-def test_floors_are_compared_within() -> None:
+def test_floors_are_compared_at_equal_time() -> None:
     made = [*series("purelight_accurate", "floor", 0.1, 0.1, lux_absolute=0.01)]
     made += [record("ball", "path", "floor", n, 0.2 * n, 1, lux_absolute=1 / n) for n in (16, 64)]
     found = Results(made)
@@ -215,7 +215,7 @@ def test_floors_are_compared_within() -> None:
     assert (last, equal) == (64, 16)
 
 
-def test_rows_are_chosen_within() -> None:
+def test_rows_are_chosen_at_equal_time() -> None:
     found = [r for r in bench() if (r.system, r.task) == ("purelight_fast", "room")]
     chosen = within(found, 0.45)
     assert chosen is not None

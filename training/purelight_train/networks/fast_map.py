@@ -56,7 +56,8 @@ class FastMap(nn.Module):
     def value(self, point: Tensor, least: float, most: float | Tensor) -> Tensor:
         r"""Radiance over scale and gain: [N, 3] -> [N, 256, 3].
 
-        Of a channel, :math:`e^x - 1` of what the network gives for it. Or brightness b times tint,
+        With `one_hot` :math:`e^x - 1`, x the network's output for a channel; else brightness b
+        times tint t of x, an output for each cell, and y, one for each block and channel,
 
         .. math:: v_c = b\,t_c, \quad b = e^x - 1, \quad t_c = e^{y_c} / \sum_j w_j e^{y_j}
 

@@ -150,8 +150,8 @@ def start(
         "seed": seed,
         **({"exit_surface": exit_surface} if measured else {}),
     }
-    unseen = ("verdict", *TRANSPARENCY.stages) if measured else ("verdict",) if not judged else ()
-    stages = Stages(run, seed, torch.device(device), stage_names(route, unseen), early_stop)
+    left_out = ("verdict", *TRANSPARENCY.stages) if measured else ("verdict",) if not judged else ()
+    stages = Stages(run, seed, torch.device(device), stage_names(route, left_out), early_stop)
     if (output / "config.json").is_file():
         return _continue(scene, stages, config, preset, resume=resume)
     lamp = TracedLamp(scene, preset.for_route(route).paths, stages, exit_surface, preset.tolerance)

@@ -62,12 +62,13 @@ def _table_within(grid: GridSize, room: int) -> GridSize:
 
 def transparencies(preset: Preset) -> Iterator[Preset]:
     """The preset with transparencies of the tier, the largest first."""
-    count = 1 + len(preset.transparency_anchors)
-    grid = _table_within(preset.transparency_grid, (PORTABLE.constants - OTHERS) // count)
+    room = (PORTABLE.constants - OTHERS) // len(preset.transparency_grids)
+    grid = _table_within(preset.transparency_grid, room)
     while True:
-        network = _best(count * [grid], transparency.DEGREE)
+        sized = replace(preset, transparency_grid=grid)
+        network = _best(sized.transparency_grids, transparency.DEGREE)
         if network is not None:
-            yield replace(preset, transparency_grid=grid, transparency_network=network)
+            yield replace(sized, transparency_network=network)
         if grid.levels <= 2:
             return
         grid = replace(grid, levels=grid.levels - 1, finest=_finest(grid, grid.levels - 1))

@@ -50,8 +50,7 @@ class TransparencySize:
         """The largest transparency of the portable tier, or the run's own if it is of the tier."""
         if not self.training.stages.run.finished("transparency"):
             return preset, {}
-        grids = [preset.transparency_grid, *preset.transparency_anchors.values()]
-        if fits(grids, preset.transparency_network, DEGREE):
+        if fits(preset.transparency_grids, preset.transparency_network, DEGREE):
             return preset, {"transparency": self.training.network(TRANSPARENCY)}
         sized = next(transparencies(preset))
         return sized, {"transparency": self._train(sized, self._lines(LINES, 1))}
