@@ -1,14 +1,15 @@
 """Random lamps from a seed, each traced, trained, exported, validated, rendered and measured.
 
 python -m benchmarks.zoo --output out/zoo --lamps 40 --seed 1 [--preset draft] [--only 3 7]
-    [--jobs 2] [--stages make] [--again room]
+    [--jobs 2] [--stages make] [--again room] [--published] [--publish]
 
 Every lamp has a process and a folder of its own, OUTPUT/SEED/LAMP: its scene, portrait, run and
 bundle, figures.json, log.txt, and sheet.png: its portrait, three views through a lens, two before
 a bright panel and a room, each as truth, ours and difference. Tables of all lamps are printed and
 written to OUTPUT/SEED/zoo.md and zoo.json, with their portraits in zoo.png. A later call does only
 what is missing; --again does the stages that it names once more (after the code has changed), or
-those that failed.
+those that failed. --publish copies tables and figures to benchmarks/results/zoo, and --published
+takes from there what was measured before, on any machine.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ import json
 import sys
 from pathlib import Path
 
-from benchmarks.zoo import sheet, table
+from benchmarks.zoo import published, sheet, table
 from benchmarks.zoo.record import STAGES, Record
 from benchmarks.zoo.runner import Job, Limits, jobs_of, run
 from benchmarks.zoo.settings import settings
@@ -50,6 +51,8 @@ def _parser() -> argparse.ArgumentParser:
     add("--threads", type=int, default=1, help="of each lamp")
     add("--stages", nargs="+", choices=STAGES, default=list(STAGES))
     add("--again", nargs="+", choices=(*STAGES, "failed"), default=[], metavar="STAGE")
+    add("--published", action="store_true", help="go on from the figures in the repository")
+    add("--publish", action="store_true", help="put tables and figures into the repository")
     add("--limit", type=float, default=3600, help="seconds of one lamp")
     add("--memory", type=float, default=8, help="GiB of one lamp")
     return parser
@@ -67,11 +70,15 @@ def _zoo(arguments: argparse.Namespace) -> None:
         arguments.threads,
     )  # fmt: skip
     for job in jobs:
-        job.prepare(arguments.again)
+        if not (arguments.published and published.recall(job)):
+            job.prepare(arguments.again)
     limits = Limits(arguments.limit, arguments.memory * 2**30)
     for done, job in enumerate(run(jobs, limits, arguments.jobs), 1):
         print(f"[{done}] {job.lamp.name}: {_state(job)}", file=sys.stderr, flush=True)
-    print(report(arguments.output / str(arguments.seed)))
+    folder = arguments.output / str(arguments.seed)
+    print(report(folder))
+    if arguments.publish:
+        published.publish(folder)
 
 
 def _state(job: Job) -> str:

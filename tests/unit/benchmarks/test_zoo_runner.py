@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import subprocess
 import sys
 from pathlib import Path
@@ -14,6 +15,7 @@ from benchmarks.zoo import sheet, table
 from benchmarks.zoo.__main__ import report
 from benchmarks.zoo.columns import COLUMNS
 from benchmarks.zoo.lamps.lamp import make
+from benchmarks.zoo.published import publish, recall
 from benchmarks.zoo.record import STAGES, Record
 from benchmarks.zoo.runner import Job, Limits, resident, run
 from benchmarks.zoo.settings import TINY, settings
@@ -47,6 +49,47 @@ def finished(folder: Path, **figures: Any) -> Record:
         record.stages[stage] = {"seconds": 1.0, "code": "a", "figures": figures.get(stage, {})}
     record.save()
     return record
+
+
+# Figures in the repository
+
+
+def published_job(output: Path, kept: Path) -> Job:
+    """A lamp's measured record in the repository, and a job of the same lamp elsewhere."""
+    one = Job(make(1, 3), output / "1" / "03-desk", "tiny", STAGES, 1)
+    record = finished(kept.parent / "1" / "03-desk")
+    record.key = one.key()
+    record.save()
+    publish(kept.parent / "1", kept)
+    return one
+
+
+def test_a_published_record_is_gone_on_from(tmp_path: Path) -> None:
+    one = published_job(tmp_path / "new", tmp_path / "kept")
+    assert recall(one, tmp_path / "kept")
+    assert one.missing == []
+    assert list(run([one], ENDLESS, 1)) == []
+
+
+def test_what_was_measured_here_counts_more_than_what_is_published(tmp_path: Path) -> None:
+    one = published_job(tmp_path / "new", tmp_path / "kept")
+    one.prepare([])
+    assert not recall(one, tmp_path / "kept")
+    assert one.missing == list(STAGES)
+
+
+@pytest.mark.parametrize("fault", ["another lamp", "a stage is missing"])
+def test_a_published_record_that_does_not_do_is_left(tmp_path: Path, fault: str) -> None:
+    one = published_job(tmp_path / "new", tmp_path / "kept")
+    file = tmp_path / "kept" / "1" / "03-desk.json"
+    data = json.loads(file.read_text())
+    if fault == "another lamp":
+        data["key"] = "other"
+    else:
+        del data["stages"]["room"]
+    file.write_text(json.dumps(data))
+    assert not recall(one, tmp_path / "kept")
+    assert not Record(one.folder).path.exists()
 
 
 # Limits
