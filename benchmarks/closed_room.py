@@ -28,7 +28,6 @@ from typing import Any
 import numpy as np
 import trimesh
 
-from benchmarks.scene_file import load_scene
 from purelight_examples.luminaires.lamp_scene import Part, matt, write_parts, write_xml
 from purelight_examples.scenes.furniture import boxes, wall
 from purelight_examples.scenes.lamp_choice import LampChoice, NeuralLamp, Point, RealLamp, move
@@ -37,6 +36,7 @@ from purelight_format import atomic
 from purelight_format.bundle import Bundle
 from purelight_format.errors import PureLightError
 from purelight_format.measures import BoundingSphere
+from purelight_mitsuba.scene_file import load_scene
 
 SIZE = 128
 HALF = (1.2, 1.2, 1.1)  # Of the room, in metres; the origin is its middle.

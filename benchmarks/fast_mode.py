@@ -28,7 +28,6 @@ from typing import Any
 import numpy as np
 
 from benchmarks import closed_room
-from benchmarks.scene_file import load_scene
 from purelight_examples.luminaires.lamp_scene import Material, Part, write_parts, write_xml
 from purelight_examples.scenes import room
 from purelight_examples.scenes.furniture import wall
@@ -38,6 +37,7 @@ from purelight_format import atomic
 from purelight_format.bundle import Bundle
 from purelight_format.errors import PureLightError
 from purelight_format.measures import BoundingSphere
+from purelight_mitsuba.scene_file import load_scene
 
 SIZE = 128
 LARGEST = 0.1  # Metres; lamps of larger bounding spheres are scaled to it.

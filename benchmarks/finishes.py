@@ -1,14 +1,17 @@
 """Lamps in other light against path tracing of the real ones, with finishes and without.
 
 python -m benchmarks.finishes --runs FOLDER [--lamps shade metal ...] [--output out/finishes]
-    [--size 96] [--spp 256] [--truth-spp 1024] [--states off on] [--rooms window sky]
+    [--size 96] [--spp 256] [--truth-spp 1024] [--states off on] [--rooms window sky beside]
+    [--truth ptracer]
 
 FOLDER holds a run directory of `purelight-train` for each lamp of `benchmarks.finished_lamps`
 (`--scenes FOLDER` writes their scenes, to be trained). Each lamp stands on a table in a room with
-a window, and under an even sky, switched off and on. For each part of the lamp that the camera
-sees first, the table has its radiance over the truth without and with finishes, and the noise of
-that; then there are a white furnace, seconds, and the bytes that finishes add. Pictures: without,
-with, truth.
+a window, and under an even sky, switched off and on; `beside` is a dark room with nothing but a
+second lamp of the same kind beside it, which is on. Parts that a run has kept out of its networks
+stand there as geometry. For each part of the lamp that the camera sees first, the table has its
+radiance over the truth without and with finishes, and the noise of that; then there are a white
+furnace, seconds, and the bytes that finishes add. Pictures: without, with, truth. The truth is
+path traced, or light traced (`--truth ptracer`), for which polished parts stay black.
 """
 
 from __future__ import annotations
@@ -26,17 +29,20 @@ import numpy as np
 from scipy import stats
 
 from benchmarks import finished_lamps
-from benchmarks.scene_file import load_scene
 from purelight_format import atomic
 from purelight_format.bundle import Bundle
 from purelight_mitsuba import platform
+from purelight_mitsuba.scene_file import load_scene
 
 UNIT = 100.0  # Radius of the lamps' spheres; large, as Mitsuba lifts rays by at least 9e-5.
 PASSES = 8
 ROOM = 8.0  # Half the width of the room, in radii.
 CAMERA, FIELD = (2.6, -2.4, 0.9), 36.0
+MIDDLE, BESIDE = (0.0, 0.0, 0.0), (2.1, 1.2, 0.0)  # Of lamps, in radii; the second is not seen.
+ROOMS, STATES = ("window", "sky", "beside"), ("off", "on")
 HOSTS = (("accurate", "fused"), ("accurate", "queued"), ("fast", "fused"), ("fast", "queued"))
 Figures = dict[str, Any]
+Place = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
@@ -59,27 +65,31 @@ class Subject:
         kind = "volpath" if "<medium" in self.scene.read_text() else "path"
         return {"type": kind, "max_depth": -1 if kind == "path" else 256, "rr_depth": 16}
 
-    def placed(self) -> Any:
-        """The transform that brings its bounding sphere to the origin, with radius `UNIT`."""
+    def placed(self, at: Place = MIDDLE) -> Any:
+        """The transform that gives its bounding sphere the radius `UNIT`."""
         import mitsuba as mi
 
         sphere = Bundle.open(self.bundle, validate=False).manifest.bounding_sphere
-        away = [-c for c in sphere.center]
-        return mi.ScalarTransform4f().scale(UNIT / sphere.radius).translate(away)
+        move, away = [UNIT * c for c in at], [-c for c in sphere.center]
+        transform = mi.ScalarTransform4f
+        return transform().translate(move).scale(UNIT / sphere.radius).translate(away)
 
-    def neural(self, *, on: bool, finishes: bool) -> dict[str, Any]:
-        """The bundle as an emitter."""
-        return {
-            "lamp": {
-                "type": "purelight", "filename": str(self.bundle), "to_world": self.placed(),
-                "dimmer": float(on), "finishes": finishes,
-            }
+    def neural(self, *, on: bool, finishes: bool, at: Place = MIDDLE) -> dict[str, Any]:
+        """The bundle as an emitter, and the parts that were kept out of it."""
+        lamp = {
+            "type": "purelight", "filename": str(self.bundle), "to_world": self.placed(at),
+            "dimmer": float(on), "finishes": finishes,
         }  # fmt: skip
+        kept = self.bundle.with_suffix(".kept.xml")
+        parts = self._shapes(kept, at) if kept.is_file() else {}
+        return {f"lamp_{at}": lamp} | parts
 
-    def real(self, *, on: bool) -> dict[str, Any]:
+    def real(self, *, on: bool, at: Place = MIDDLE) -> dict[str, Any]:
         """The shapes of the real lamp, by their names."""
-        path = self.scene if on else self.dark
-        matrix = " ".join(f"{x:.9g}" for x in np.array(self.placed().matrix).ravel())
+        return self._shapes(self.scene if on else self.dark, at)
+
+    def _shapes(self, path: Path, at: Place) -> dict[str, Any]:
+        matrix = " ".join(f"{x:.9g}" for x in np.array(self.placed(at).matrix).ravel())
         root = ET.parse(path).getroot()
         for shape in root.iter("shape"):
             place = shape.find("transform[@name='to_world']")
@@ -96,7 +106,7 @@ class Subject:
         moved = path.with_name(f"{path.stem}_placed.xml")
         atomic.write_bytes(moved, ET.tostring(root))
         scene = load_scene(moved, optimize=False)
-        return {f"part_{shape.id()}": shape for shape in scene.shapes()}
+        return {f"part_{shape.id()}_{at}": shape for shape in scene.shapes()}
 
 
 def surroundings(room: str, size: int) -> dict[str, Any]:
@@ -119,6 +129,8 @@ def surroundings(room: str, size: int) -> dict[str, Any]:
     }  # fmt: skip
     if room == "sky":
         return scene | _sky((0.8, 0.9, 1.0)) | {"table": table}
+    if room == "beside":
+        return scene | {"table": table}
     wall = _matt(0.6, 0.58, 0.5)
     cube = {"type": "cube", "flip_normals": True, "to_world": transform().scale(ROOM * UNIT)}
     at = transform().scale(UNIT).translate([ROOM - 0.05, -3, 3]).rotate([0, 1, 0], -90).scale(2.5)
@@ -194,20 +206,28 @@ def regions(subject: Subject, size: int) -> dict[str, np.ndarray]:
 
 def measure(subject: Subject, room: str, *, on: bool, options: argparse.Namespace) -> Figures:
     """Radiance over the truth, part by part, and a picture of all three."""
-    scene = surroundings(room, options.size)
-    ours = {"type": "purelight", "mode": options.mode}
+    room_itself = surroundings(room, options.size)
     masks = regions(subject, options.size)
-    truth = render(scene | subject.real(on=on), subject.tracer, options.truth_spp)
-    before, after = (
-        render(scene | subject.neural(on=on, finishes=finishes), ours, options.spp)
-        for finishes in (False, True)
-    )
+    beside = room == "beside"
+    real, lamps = subject.real(on=on), []
+    for finishes in (False, True):
+        lamps.append(subject.neural(on=on, finishes=finishes))
+        if beside:
+            lamps[-1] |= subject.neural(on=True, finishes=finishes, at=BESIDE)
+    if beside:
+        real |= subject.real(on=True, at=BESIDE)
+    tracer = {"type": "ptracer", "rr_depth": 16} if options.truth == "ptracer" else subject.tracer
+    truth = render(room_itself | real, tracer, options.truth_spp)
+    ours = {"type": "purelight", "mode": options.mode}
+    before, after = (render(room_itself | lamp, ours, options.spp) for lamp in lamps)
     name = f"{subject.name}-{room}-{'on' if on else 'off'}"
     _picture(options.output / f"{name}.png", [p.image for p in (before, after, truth)])
     masks["lamp"] = np.any(list(masks.values()), axis=0)
     result: Figures = {"seconds": [p.seconds for p in (before, after, truth)], "parts": {}}
     for part, mask in masks.items():
         right, error = truth.mean(mask)
+        if not right.min() > 0:  # A light tracer finds nothing in a mirror.
+            continue
         sides = [p.mean(mask)[0] for p in (before, after)]
         own = after.mean(mask)[1]
         result["parts"][part] = {
@@ -281,8 +301,9 @@ def main() -> int:
     add("--scenes", type=Path, help="only write the lamps' scenes")
     add("--output", type=Path, default=Path("out/finishes"))
     add("--lamps", nargs="+", default=list(finished_lamps.LAMPS))
-    add("--rooms", nargs="+", default=["window", "sky"])
-    add("--states", nargs="+", default=["off", "on"])
+    add("--rooms", nargs="+", choices=ROOMS, default=ROOMS[:2])
+    add("--states", nargs="+", choices=STATES, default=STATES)
+    add("--truth", choices=("path", "ptracer"), default="path")
     add("--mode", default="accurate")
     add("--size", type=int, default=96)
     add("--spp", type=int, default=256)

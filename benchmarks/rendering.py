@@ -20,10 +20,10 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.scene_file import load_scene
 from purelight_format import atomic
 from purelight_format.bundle import Bundle
 from purelight_format.errors import PureLightError
+from purelight_mitsuba.scene_file import load_scene
 
 PASS_SPP = 8
 Figures = dict[str, Any]

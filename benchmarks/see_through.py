@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.scene_file import load_scene
+from purelight_mitsuba.scene_file import load_scene
 from purelight_train.truth.backlit import Backlit
 from tests.support.fidelity import Figures, Image, Subject
 

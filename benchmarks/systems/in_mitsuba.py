@@ -11,12 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.scene_file import load_scene
 from benchmarks.systems import isolated
 from benchmarks.systems.protocol import Cost, Frame, Image, Subject, Task
 from benchmarks.systems.tasks.task import ready
 from purelight_examples.scenes.lamp_choice import LampChoice
 from purelight_format.errors import PureLightError
+from purelight_mitsuba.scene_file import load_scene
 
 WAVEFRONT = 1 << 19  # paths of a pass at most: what a pass needs of memory does not grow further
 SEEDS = 1 << 16  # of passes, for each seed of a series

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from benchmarks.scene_file import load_scene
 from benchmarks.systems import isolated
 from benchmarks.systems.own.purelight import TRAINING
 from benchmarks.systems.protocol import Subject
@@ -21,6 +20,7 @@ from purelight_examples.luminaires.catalog import CATALOG
 from purelight_format import atomic
 from purelight_format.bundle import Bundle
 from purelight_format.errors import PureLightError
+from purelight_mitsuba.scene_file import load_scene
 from purelight_train.presets import PRESETS
 
 ALL_PRESETS = {TINY_PRESET.name: TINY_PRESET, **PRESETS}

@@ -20,6 +20,7 @@ from scipy.stats.qmc import Sobol
 from purelight_export import photometry
 from purelight_format import measures
 from purelight_format.color import LUMINANCE
+from purelight_mitsuba.scene_file import load_scene
 from purelight_onnx.luminaire import Luminaire
 from purelight_train.learning.cap_samples import shading_points
 from purelight_train.learning.teacher import Teacher
@@ -60,7 +61,7 @@ class Subject:
 
     @cached_property
     def lamp(self) -> Any:
-        return mi.load_file(str(self.scene))
+        return load_scene(self.scene)
 
     @cached_property
     def description(self) -> Description:

@@ -148,12 +148,12 @@ def _looked_at(scene: Path, lamp: Lamp, *, picture: bool) -> list[str]:
     """Loads what was written: its doubts, and its portrait beside it."""
     from purelight_mitsuba import platform
 
-    mi: Any = platform.use("llvm_ad_rgb")
+    platform.use("llvm_ad_rgb")
     from purelight_import.sanity import doubts
+    from purelight_mitsuba.scene_file import load_scene
 
     try:
-        with platform.reading():
-            loaded = mi.load_file(str(scene), optimize=False)
+        loaded = load_scene(scene, optimize=False)
     except RuntimeError as error:
         reason = " ".join(str(error).split())[-300:]
         raise PureLightError(f"Mitsuba does not take the lamp: {reason}") from None

@@ -17,7 +17,6 @@ from purelight_import.formats import is_mitsuba_3
 from purelight_import.options import Options
 from purelight_import.parts.choice import LISTED
 from purelight_import.write import folder as folders
-from purelight_mitsuba.platform import reading
 
 if TYPE_CHECKING:
     from purelight_train.light.luminaire import Luminaire
@@ -107,13 +106,11 @@ def _warn_of(lamp: Luminaire) -> None:
 
 def _away(scene: Path) -> list[str]:
     """What `--keep auto` means."""
-    import mitsuba as mi
-
+    from purelight_mitsuba.scene_file import load_scene
     from purelight_train.light.kept import parts_away
 
     try:
-        with reading():
-            loaded = mi.load_file(str(scene), optimize=False)
+        loaded = load_scene(scene, optimize=False)
     except RuntimeError as error:
         reason = " ".join(str(error).split())[-300:]
         raise PureLightError(f"Mitsuba does not take the lamp: {reason}") from None

@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.scene_file import load_scene
 from benchmarks.systems import isolated
 from benchmarks.systems.protocol import Cost, Frame, Image, Subject, Task
 from benchmarks.systems.rivals.accounts import Account
@@ -19,6 +18,7 @@ from benchmarks.systems.rivals.distilled import taught
 from benchmarks.systems.rivals.xml import stock
 from purelight_examples.scenes.lamp_choice import Point
 from purelight_format.errors import PureLightError
+from purelight_mitsuba.scene_file import load_scene
 
 PHOTON = 36  # bytes of a photon of the map: position, normal and weight
 

@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.scene_file import load_scene
 from benchmarks.systems.protocol import Subject
 from benchmarks.systems.tasks.truth import Mask, Truth
 from purelight_examples.scenes.lamp_choice import LampChoice, RealLamp
+from purelight_mitsuba.scene_file import load_scene
 from purelight_train.truth.picture import Passes, Picture
 
 PASSES = 16  # of a light-traced truth, at least

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.scene_file import load_scene
 from benchmarks.systems.protocol import Image, Subject
 from benchmarks.systems.tasks import placing
 from benchmarks.systems.tasks.task import SEED, Figures, JudgedTask, ready
@@ -19,6 +18,7 @@ from benchmarks.systems.tasks.truth import Mask, Truth
 from purelight_examples.scenes.lamp_choice import LampChoice
 from purelight_format.camera import Camera
 from purelight_format.measures import BoundingSphere
+from purelight_mitsuba.scene_file import load_scene
 from purelight_train.truth.picture import Picture
 
 FINE = 2  # pixels: what is lost by a mean over so many to each side is fine detail

@@ -16,9 +16,9 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.scene_file import load_scene
 from benchmarks.zoo.lamps.lamp import Lamp, enlarged
 from purelight_format.measures import BoundingSphere
+from purelight_mitsuba.scene_file import load_scene
 from purelight_train.truth.plane import Plane
 
 RADIUS = 20.0  # metres; rays are then lifted by a ten-thousandth of it

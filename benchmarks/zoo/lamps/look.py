@@ -9,13 +9,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.scene_file import load_scene
 from benchmarks.zoo.lamps import textures
 from benchmarks.zoo.lamps.lamp import Lamp, enlarged
 from benchmarks.zoo.lamps.plugin import plugin
 from purelight_examples.luminaires.lamp_scene import write_xml
 from purelight_format import atomic
 from purelight_format.color import LUMINANCE
+from purelight_mitsuba.scene_file import load_scene
 
 RADIUS = 20.0  # metres: Mitsuba's ray epsilon is then a ten-thousandth of the lamp
 BRIGHTER = 0.3  # background, over the mean radiance that the lamp would have as a sphere

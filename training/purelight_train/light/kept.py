@@ -15,7 +15,7 @@ from purelight_format.limits import LIMITS
 from purelight_format.measures import BoundingSphere
 from purelight_format.members.finishes import Finish
 from purelight_format.usd.appearance_text import KeptPart
-from purelight_mitsuba.platform import reading
+from purelight_mitsuba.scene_file import load_scene
 from purelight_train.light.exit_surface import ExitSurface, bounding_sphere
 from purelight_train.light.finish_fit import finish_of
 from purelight_train.light.interfaces import relative_index
@@ -39,8 +39,7 @@ def kept_parts(scene: Path) -> list[KeptPart]:
         PureLightError: Mitsuba does not take it, or there are too many materials.
     """
     try:
-        with reading():
-            loaded = mi.load_file(str(scene.resolve()), optimize=False)
+        loaded = load_scene(scene, optimize=False)
     except RuntimeError as error:
         raise PureLightError(f"{scene}: {' '.join(str(error).split())[-300:]}") from None
     groups: dict[Finish, list[KeptPart]] = {}

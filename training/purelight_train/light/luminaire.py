@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from purelight_format.errors import PureLightError
 from purelight_format.members.manifest import LARGEST, SMALLEST
-from purelight_mitsuba.platform import reading
+from purelight_mitsuba.scene_file import load_scene
 from purelight_train.light.emission import Emission
 from purelight_train.light.exit_records import ExitRecords
 from purelight_train.light.exit_surface import ExitSurface, inward_rays, visible_part
@@ -26,7 +26,6 @@ from purelight_train.light.interfaces import Interfaces
 from purelight_train.light.light_tracing import BATCH, trace_records
 from purelight_train.light.plugins import ray_file_plugin
 from purelight_train.light.rays import scene_extent
-from purelight_train.light.upright_spheres import turn_upright
 from purelight_train.light.virtual_surface import hull
 
 VISIBILITY_RAYS = 1 << 21
@@ -142,8 +141,9 @@ def _load_scene(path: Path) -> mi.Scene:
     try:
         # Mitsuba would join meshes of one material, forget their names, and fail where some are
         # flipped
-        with reading():
-            scene = mi.load_file(str(path.resolve()), optimize=False)
+        scene = load_scene(path, optimize=False)
+    except PureLightError:
+        raise
     except Exception as error:
         reason = " ".join(str(error).split())
         _, ours, told = reason.rpartition(f"{PureLightError.__name__}: ")
@@ -152,7 +152,6 @@ def _load_scene(path: Path) -> mi.Scene:
         raise PureLightError(f"{path}: not a Mitsuba 3 scene: {reason[-300:]}") from None
     if not isinstance(scene, mi.Scene):
         raise PureLightError(f"{path}: the file holds no <scene>; wrap the lamp's shapes in one")
-    turn_upright(scene)
     return scene
 
 

@@ -6,12 +6,12 @@ from collections.abc import Iterator
 from importlib.util import find_spec
 from pathlib import Path
 
-from benchmarks.scene_file import load_scene
 from benchmarks.systems import isolated
 from benchmarks.systems.protocol import Cost, Frame, Subject, Task
 from benchmarks.systems.rivals.bidirectional import rendering
 from purelight_examples.scenes.lamp_choice import RealLamp
 from purelight_format.errors import PureLightError
+from purelight_mitsuba.scene_file import load_scene
 
 
 class Bidirectional:
