@@ -1,8 +1,9 @@
-"""A scene's file as Mitsuba reads it, with what Mitsuba 3.9 is wrong about set right.
+"""A scene's file as Mitsuba reads it, with what Mitsuba 3.9 is wrong about set right, or refused.
 
 The normal that `Sphere.sample_position` gives for a point is not turned with the sphere, so a light
 tracer loses what it sends inwards. A sphere that is turned or mirrored has the same points as one
-that is not: those that shine are turned upright. Whether they shine to the inside stays.
+that is not: those that shine are turned upright; whether they shine to the inside stays. A cylinder
+that is mirrored is seen to shine on one side, and light is drawn on the other.
 """
 
 from __future__ import annotations
@@ -29,7 +30,8 @@ def load_scene(path: Path, **options: Any) -> mi.Scene:
         options: of `mi.load_file`.
 
     Raises:
-        PureLightError: a sphere that shines is turned and has a texture.
+        PureLightError: a sphere that shines is turned and has a texture, or a cylinder that shines
+            is mirrored.
         RuntimeError: Mitsuba does not take the file.
     """
     import mitsuba as mi
@@ -37,32 +39,41 @@ def load_scene(path: Path, **options: Any) -> mi.Scene:
     with reading():
         scene = mi.load_file(str(path.resolve()), **options)
     if isinstance(scene, mi.Scene):
-        _turn_upright(scene)
+        mended = {+mi.ShapeType.Sphere: _turn_upright, +mi.ShapeType.Cylinder: _refuse_mirrored}
+        for shape in scene.shapes():
+            if shape.is_emitter() and shape.shape_type() in mended:
+                mended[shape.shape_type()](shape)
     return scene
 
 
-def _turn_upright(scene: mi.Scene) -> None:
-    import mitsuba as mi
-
-    for shape in scene.shapes():
-        if shape.is_emitter() and shape.shape_type() == +mi.ShapeType.Sphere:
-            _turn(shape)
-
-
-def _turn(shape: mi.Shape) -> None:
+def _turn_upright(shape: mi.Shape) -> None:
     """Take rotation and reflection out of a sphere."""
     import mitsuba as mi
 
-    parameters = mi.traverse(shape)
-    matrix: NDArray[np.float64] = np.array(parameters["to_world"].matrix, np.float64).squeeze()
-    radius = float(np.linalg.norm(matrix[:3, 0]))
-    if np.abs(matrix[:3, :3] - radius * np.eye(3)).max() <= UPRIGHT * radius:
+    place = _place(shape)
+    radius = float(np.linalg.norm(place[:3, 0]))
+    if np.abs(place[:3, :3] - radius * np.eye(3)).max() <= UPRIGHT * radius:
         return
+    parameters = mi.traverse(shape)
     if any(key.endswith("to_uv") for key in parameters.keys()):  # noqa: SIM118
         raise PureLightError(
             f"emitter '{shape.id()}' is a sphere that is turned and has a texture, whose light "
             "Mitsuba draws at wrong angles; give it as a mesh"
         )
-    centre = mi.ScalarTransform4f().translate(matrix[:3, 3].tolist())
+    centre = mi.ScalarTransform4f().translate(place[:3, 3].tolist())
     parameters["to_world"] = mi.Transform4f(centre.scale(radius))
     parameters.update()
+
+
+def _refuse_mirrored(shape: mi.Shape) -> None:
+    if np.linalg.det(_place(shape)[:3, :3]) < 0:
+        raise PureLightError(
+            f"emitter '{shape.id()}' is a cylinder that is mirrored, whose light Mitsuba draws on "
+            "the side that it does not show; turn it instead, or give it as a mesh"
+        )
+
+
+def _place(shape: mi.Shape) -> NDArray[np.float64]:
+    import mitsuba as mi
+
+    return np.array(mi.traverse(shape)["to_world"].matrix, np.float64).squeeze()

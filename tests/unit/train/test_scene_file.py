@@ -1,4 +1,4 @@
-"""Light of spheres that stand in any way is that of upright ones."""
+"""Light of spheres that stand in any way is that of upright ones; cylinders are not mirrored."""
 
 from __future__ import annotations
 
@@ -76,3 +76,15 @@ def test_a_turned_sphere_with_a_texture_is_refused(tmp_path: Path) -> None:
     loaded(scene(tmp_path, TURNS["upright"], texture))
     with pytest.raises(PureLightError, match="'lit' is a sphere that is turned"):
         loaded(scene(tmp_path, TURNS["turned"], texture))
+
+
+@pytest.mark.parametrize("turn", ['<scale x="-1"/>', '<rotate x="1" angle="90"/>'])
+def test_a_mirrored_cylinder_that_shines_is_refused(tmp_path: Path, turn: str) -> None:
+    """It is seen to shine outwards, and drawn to shine inwards."""
+    path = scene(tmp_path, turn)
+    path.write_text(path.read_text().replace('"sphere" id="lit"', '"cylinder" id="lit"'))
+    if "-1" not in turn:
+        loaded(path)
+        return
+    with pytest.raises(PureLightError, match="'lit' is a cylinder that is mirrored"):
+        loaded(path)
