@@ -28,19 +28,22 @@ from purelight_train.presets import Preset
 def appearance(student: Student, *, compact: bool = False) -> bytes:
     """position, normal, outgoing [N, 3] -> radiance [N, 3] in W/(m² sr)."""
     graph = Graph("appearance")
-    raw = _surface(graph, student, compact=compact)
+    ray = _ray(graph)
+    raw = _surface(graph, student, *ray, compact=compact)
     gain = (student.gain.double() * student.scale * student.channels).cpu().numpy()
     bounded = graph.minimum(graph.maximum(raw, student.least_log), student.ceiling.cpu().numpy())
     exponential = graph.exp(bounded)
     unit = exponential if student.link == "log" else exponential - 1.0
-    graph.output("radiance", unit * gain)
+    graph.output("radiance", unit * _tilt(graph, student, ray[2]) * gain)
     return graph.to_bytes()
 
 
 def transparency(network: Transparency, *, compact: bool = False) -> bytes:
     """position, normal, outgoing [N, 3] -> transmittance [N, 3]."""
     graph = Graph("transparency")
-    graph.output("transmittance", graph.sigmoid(_surface(graph, network, compact=compact)))
+    graph.output(
+        "transmittance", graph.sigmoid(_surface(graph, network, *_ray(graph), compact=compact))
+    )
     return graph.to_bytes()
 
 
@@ -125,11 +128,33 @@ def _with_constant(features: Features, values: np.ndarray) -> tuple[np.ndarray, 
     return matrix, np.concatenate([features.offset, values])
 
 
-def _surface(graph: Graph, network: SurfaceNetwork, *, compact: bool) -> Value:
-    """The outputs of a surface network before its last activation: [N, 3]."""
+def _ray(graph: Graph) -> tuple[Value, Value, Value]:
+    """The inputs of a surface network: position, normal, outgoing."""
     position, normal, outgoing = (
         graph.input(name, 3) for name in ("position", "normal", "outgoing")
     )
+    return position, normal, outgoing
+
+
+def _tilt(graph: Graph, student: Student, outgoing: Value) -> Value:
+    """The part of the gain that changes with direction: [N, 3]."""
+    features = harmonics(graph, outgoing, student.harmonics.degree)
+    weight = student.tilt.cpu().double().numpy()
+    return graph.exp(
+        graph.linear(features.value, weight @ features.matrix, weight @ features.offset)
+    )
+
+
+def _surface(
+    graph: Graph,
+    network: SurfaceNetwork,
+    position: Value,
+    normal: Value,
+    outgoing: Value,
+    *,
+    compact: bool,
+) -> Value:
+    """The outputs of a surface network before its last activation: [N, 3]."""
     offset = (position - network.centre.double().numpy()) * (0.5 / network.radius)
     degree = network.harmonics.degree
     parts = [grid(graph, offset + 0.5, network.grid, compact=compact)]

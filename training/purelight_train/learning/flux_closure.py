@@ -1,11 +1,13 @@
-"""The flux that a radiance field sends out of its lamp."""
+"""The flux that a radiance field sends out of its lamp, and how to make it the traced one."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import minimize
 
 from purelight_format.measures import flux_estimate
 from purelight_train.learning.reference_rays import ReferenceRays
@@ -13,6 +15,10 @@ from purelight_train.light.radiance_field import Float, Radiance
 
 PASS = 1 << 18
 LIFT = 1e-4  # radii
+BANDS, AROUND = 64, 128  # cells of directions, of equal solid angle
+USUAL_TILT = 0.1  # of a coefficient; more has to be shown by many records
+NEAR = 1e-9  # of moments
+Visitor = Callable[[Float, NDArray[np.float64]], None]
 
 
 def escaping_flux(
@@ -22,6 +28,7 @@ def escaping_flux(
     *,
     precision: float = 1.5e-3,
     most: int = 1 << 22,
+    visit: Visitor = lambda direction, power: None,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     r"""Flux of the rays that leave the surface and do not meet it again.
 
@@ -33,13 +40,16 @@ def escaping_flux(
     Arguments:
         precision: relative standard error to reach in every channel; rays are added until then.
         most: rays at most.
+        visit: called with the directions [N, 3] and powers [N, 3] of each pass of `PASS` rays,
+            whose mean over all passes is the flux in W.
 
     Returns:
         flux and standard error in W per channel, each [3].
     """
     first, second, count = np.zeros(3), np.zeros(3), 0
     while count < most:
-        _, _, value = escaping_rays(references, radiance, PASS, rng)
+        _, outgoing, value = escaping_rays(references, radiance, PASS, rng)
+        visit(outgoing, value)
         first, second, count = first + value.sum(0), second + (value**2).sum(0), count + PASS
         mean = first / count
         error = np.sqrt(np.maximum(second / count - mean**2, 0) / count)
@@ -64,3 +74,64 @@ def escaping_rays(
     lifted = position + LIFT * surface.sphere.radius * normal
     value[surface.intersect(lifted, outgoing).index] = 0
     return position, outgoing, value
+
+
+def by_direction(direction: Float, power: NDArray[np.floating]) -> NDArray[np.float64]:
+    """Power by cell of its direction: [N, 3], [N, 3] -> [BANDS * AROUND, 3]."""
+    x, y, z = direction.astype(np.float64).T
+    band = np.clip(((1 + z) / 2 * BANDS).astype(int), 0, BANDS - 1)
+    around = (np.arctan2(y, x) / (2 * np.pi) % 1 * AROUND).astype(int) % AROUND
+    cell, cells = band * AROUND + around, BANDS * AROUND
+    return np.stack([np.bincount(cell, power[:, c], cells) for c in range(power.shape[1])], 1)
+
+
+def cell_directions() -> NDArray[np.float64]:
+    """The middle of each cell: [BANDS * AROUND, 3]."""
+    z = (np.arange(BANDS) + 0.5) / BANDS * 2 - 1
+    phi = (np.arange(AROUND) + 0.5) / AROUND * 2 * np.pi
+    z, phi = (g.ravel() for g in np.meshgrid(z, phi, indexing="ij"))
+    sine = np.sqrt(1 - z**2)
+    return np.stack([sine * np.cos(phi), sine * np.sin(phi), z], 1)
+
+
+def tilt(
+    told: NDArray[np.float64],
+    traced: NDArray[np.float64],
+    harmonics: NDArray[np.float64],
+    records: float,
+) -> NDArray[np.float64]:
+    r"""What told light is to be multiplied by so that its moments are those of traced light.
+
+    The most likely t of :math:`\exp(t \cdot Y(\omega))` given the traced light, with a normal
+    prior: exponential tilting. At its maximum the harmonics' means over both are equal.
+
+    Arguments:
+        told, traced: [K], light by cell of its direction.
+        harmonics: [K, H], Y in the middle of each cell; the first is constant.
+        records: how many of equal power would know the traced light as well.
+
+    Returns:
+        t, [H]; zero if there is no light.
+    """
+    if not (told.sum() > 0 and traced.sum() > 0):
+        return np.zeros(harmonics.shape[1])
+    p, q = told / told.sum(), traced / traced.sum()
+    prior = np.full(harmonics.shape[1], 1 / (USUAL_TILT**2 * records))
+    prior[0] = 0.0  # the flux is known
+    moments = harmonics.T @ q
+
+    def loss(t: NDArray[np.float64]) -> float:
+        return float((p * np.exp(harmonics @ t)).sum() - moments @ t + 0.5 * (prior * t**2).sum())
+
+    def slope(t: NDArray[np.float64]) -> NDArray[np.float64]:
+        return np.asarray(harmonics.T @ (p * np.exp(harmonics @ t)) - moments + prior * t)
+
+    def bend(t: NDArray[np.float64]) -> NDArray[np.float64]:
+        weight = p * np.exp(harmonics @ t)
+        return np.asarray((harmonics * weight[:, None]).T @ harmonics + np.diag(prior))
+
+    exact = {"gtol": NEAR}
+    found = minimize(
+        loss, 0 * moments, jac=slope, hess=bend, method="trust-exact", options=exact
+    )  # fmt: skip
+    return np.asarray(found.x, np.float64)

@@ -15,13 +15,14 @@ MAX_LOG, LEAST_LOG = 20.0, -20.0
 
 
 class Student(SurfaceNetwork):
-    r"""Radiance :math:`g_c\,s_c\,\ell(y_c)` from the network's outputs y.
+    r"""Radiance :math:`g_c(\omega)\,s_c\,\ell(y_c)` from the network's outputs y.
 
     The link is :math:`\ell(y) = e^y - 1` with y in [0, 20] (`log1p`: distilled, as in the paper)
     or :math:`\ell(y) = e^y` with y in [-20, 20] (`log`: fitted to photons, whose likelihood needs
     the logarithm of the radiance). s is the mean exitant radiance of the channel, so that the
-    network learns a quantity near one whatever the lamp's power; g is a gain per channel that
-    closes the flux. Channels that carry no flux give exactly zero.
+    network learns a quantity near one whatever the lamp's power. The gain
+    :math:`g_c(\omega) = g_c \exp(t_c \cdot Y(\omega))` closes the flux, in all and by direction
+    (`flux_closure.tilt`). Channels that carry no flux give exactly zero.
 
     A trained student says y <= `ceiling`, one for each channel: the exponential of what a network
     makes of rays it never met has no bound of its own (`evaluation.set_ceiling`).
@@ -29,6 +30,7 @@ class Student(SurfaceNetwork):
 
     scale: Tensor
     gain: Tensor
+    tilt: Tensor
     ceiling: Tensor
     channels: Tensor
 
@@ -39,6 +41,7 @@ class Student(SurfaceNetwork):
         self.link = preset.student_link
         self.register_buffer("scale", torch.tensor(description.channel_scale), persistent=False)
         self.register_buffer("gain", torch.ones(3))
+        self.register_buffer("tilt", torch.zeros(3, self.harmonics.size))
         self.register_buffer("ceiling", torch.full((3,), MAX_LOG))
         present = torch.tensor(description.channels, dtype=torch.float32)
         self.register_buffer("channels", present, persistent=False)
@@ -55,7 +58,8 @@ class Student(SurfaceNetwork):
         raw = self.raw(position, normal, outgoing, encoded).clamp(min=self.least_log)
         raw = torch.minimum(raw, self.ceiling)
         unit = torch.exp(raw) if self.link == "log" else torch.expm1(raw)
-        return unit * (self.scale * self.gain * self.channels)
+        tilt = torch.exp(self.harmonics(outgoing) @ self.tilt.T)
+        return unit * tilt * (self.scale * self.gain * self.channels)
 
     def log_radiance(self, position: Tensor, normal: Tensor, outgoing: Tensor) -> Tensor:
         """log(radiance / scale), without gain and bounds, for the link `log`: [N, 3].

@@ -9,7 +9,12 @@ import torch
 from numpy.typing import NDArray
 from torch import nn
 
-from purelight_train.learning.flux_closure import escaping_flux
+from purelight_train.learning.flux_closure import (
+    by_direction,
+    cell_directions,
+    escaping_flux,
+    tilt,
+)
 from purelight_train.light.exit_records import ExitRecords
 from purelight_train.light.exit_surface import ExitSurface
 from purelight_train.light.radiance_field import Float, Radiance, portrait
@@ -73,11 +78,24 @@ def _quantile(value: NDArray[np.float64], weight: NDArray[np.float64], part: flo
 def close_flux(
     student: Student, radiance: Radiance, lamp: TracedLamp, rng: np.random.Generator
 ) -> None:
-    """Set the gain that makes the student's escaping flux equal the light-traced one."""
-    integral, _ = escaping_flux(lamp.reference_rays, radiance, rng)
+    """Make the student's escaping flux the light-traced one, in all and by direction."""
+    cells: list[NDArray[np.float64]] = []
+    integral, _ = escaping_flux(
+        lamp.reference_rays, radiance, rng,
+        visit=lambda direction, power: cells.append(by_direction(direction, power)),
+    )  # fmt: skip
     flux = np.asarray(lamp.description.flux)
     gain = np.divide(flux, integral, out=np.ones(3), where=integral > 0)
     student.gain.copy_(student.gain.cpu() * torch.from_numpy(gain))
+    escaped = lamp.records.take(lamp.records.escaped)
+    told, traced = np.sum(cells, 0), by_direction(escaped.direction, escaped.weight)
+    toward = torch.from_numpy(cell_directions().astype(np.float32)).to(student.tilt.device)
+    harmonics = student.harmonics(toward).cpu().double().numpy()
+    for c in range(3):
+        weight = escaped.weight[:, c].astype(np.float64)
+        known = weight.sum() ** 2 / max((weight**2).sum(), 1e-300)
+        more = tilt(told[:, c], traced[:, c], harmonics, known)
+        student.tilt[c] += torch.from_numpy(more).to(student.tilt)
 
 
 def fidelity(radiance: Radiance, lamp: TracedLamp, rng: np.random.Generator) -> dict[str, Any]:

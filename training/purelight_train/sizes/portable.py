@@ -91,11 +91,11 @@ def fits(grids: Sequence[GridSize], network: MLPSize, degree: int) -> bool:
 
 
 def surface_macs(grids: Sequence[GridSize], network: MLPSize, degree: int) -> int:
-    """Multiply-adds of a network on the surface, as it is exported."""
-    harmonics = 2 * (degree**2 - 1)  # The constant ones are in the bias.
-    inputs = sum(grid.levels * grid.features for grid in grids) + harmonics
+    """Multiply-adds of a student as it is exported; a transparency has no tilt and takes less."""
+    harmonics = degree**2 - 1  # The constant ones are in the bias.
+    inputs = sum(grid.levels * grid.features for grid in grids) + 2 * harmonics
     layers = inputs * network.width + (network.depth - 1) * network.width**2 + 3 * network.width
-    return layers + sum(9 * grid.levels * (1 + grid.features) for grid in grids)
+    return layers + 3 * harmonics + sum(9 * grid.levels * (1 + grid.features) for grid in grids)
 
 
 def _best(grids: Sequence[GridSize], degree: int) -> MLPSize | None:

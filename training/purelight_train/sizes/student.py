@@ -16,6 +16,7 @@ import torch
 from torch import Tensor
 
 from purelight_format.errors import PureLightError
+from purelight_train.learning.flux_closure import cell_directions
 from purelight_train.learning.training_sets import viewed_rays
 from purelight_train.networks.student import Student, shaken
 from purelight_train.presets import Optimisation
@@ -107,7 +108,7 @@ class StudentSize:
         """A student of a size after `steps` steps."""
         student = self.stages.build("student", Student, self.lamp.description, rung.preset)
         # The reference's gain is part of what is learned
-        student.ceiling.copy_(self.reference.ceiling + torch.log(self.reference.gain))
+        student.ceiling.copy_(self.reference.ceiling + self._most_gain())
         settings = replace(FULL, steps=steps)
 
         def batch_loss(rng: np.random.Generator) -> Tensor:
@@ -115,6 +116,12 @@ class StudentSize:
 
         self.stages.try_out(student, batch_loss, settings)
         return student
+
+    def _most_gain(self) -> Tensor:
+        """Logarithm of the reference's largest gain in any direction: [3]."""
+        toward = torch.from_numpy(cell_directions().astype(np.float32))
+        tilt = self.reference.harmonics(toward.to(self.reference.tilt)) @ self.reference.tilt.T
+        return torch.log(self.reference.gain) + tilt.amax(0)
 
     def trial(self, rung: Rung) -> Trial:
         """Errors of a size after two short runs, each with a whole schedule."""

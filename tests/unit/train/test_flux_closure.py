@@ -1,0 +1,62 @@
+"""Light of a field made the traced light, by direction: exponential tilting."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import torch
+
+from purelight_train.learning.flux_closure import by_direction, cell_directions, tilt
+from purelight_train.networks.encodings import SphericalHarmonics
+
+TOWARD = cell_directions()
+HARMONICS = SphericalHarmonics(5)(torch.from_numpy(TOWARD).float()).double().numpy()
+MANY = 1e12
+
+
+def downwards(steep: float) -> np.ndarray:
+    """Light that grows towards -Z: [K]."""
+    return np.exp(-steep * TOWARD[:, 2])
+
+
+def test_directions_lie_in_their_own_cells() -> None:
+    power = np.arange(3.0 * len(TOWARD)).reshape(-1, 3)
+    np.testing.assert_array_equal(by_direction(TOWARD, power), power)
+
+
+def test_no_light_is_lost_between_cells() -> None:
+    rng = np.random.default_rng(0)
+    direction = np.concatenate([rng.normal(size=(1000, 3)), np.eye(3), -np.eye(3)])
+    direction /= np.linalg.norm(direction, axis=1, keepdims=True)
+    power = rng.random((len(direction), 3))
+    np.testing.assert_allclose(by_direction(direction, power).sum(0), power.sum(0))
+
+
+def test_light_of_the_same_family_becomes_equal() -> None:
+    told, traced = downwards(0.1), downwards(0.4)
+    tilted = told * np.exp(HARMONICS @ tilt(told, traced, HARMONICS, MANY))
+    np.testing.assert_allclose(tilted / told.sum(), traced / traced.sum(), rtol=1e-4)
+
+
+@pytest.mark.parametrize("width", [0.5, 0.05])
+def test_moments_become_equal(width: float) -> None:
+    """Also of a beam so narrow that all harmonics are nearly the same there."""
+    told = np.exp((TOWARD[:, 2] - 1) / width) * (1 + 0.3 * TOWARD[:, 0])
+    traced = np.exp((TOWARD[:, 2] - 1) / width) * (1 - 0.2 * TOWARD[:, 0])
+    tilted = told / told.sum() * np.exp(HARMONICS @ tilt(told, traced, HARMONICS, MANY))
+    moments = HARMONICS.T @ (traced / traced.sum())
+    np.testing.assert_allclose(HARMONICS.T @ tilted, moments, atol=1e-4)
+
+
+def test_few_records_change_little_and_never_the_flux() -> None:
+    told, traced = downwards(0.0), downwards(0.5)
+    few, many = (tilt(told, traced, HARMONICS, n) for n in (10.0, MANY))
+    assert np.linalg.norm(few[1:]) < 0.2 * np.linalg.norm(many[1:])
+    share = (told / told.sum() * np.exp(HARMONICS @ few)).sum()
+    np.testing.assert_allclose(share, 1, atol=1e-6)
+
+
+def test_a_dark_channel_is_left() -> None:
+    dark = np.zeros(len(TOWARD))
+    np.testing.assert_array_equal(tilt(dark, downwards(0.1), HARMONICS, MANY), 0)
+    np.testing.assert_array_equal(tilt(downwards(0.1), dark, HARMONICS, MANY), 0)
