@@ -65,6 +65,15 @@ def test_clear_glass_passes_all_of_it_on(tmp_path: Path) -> None:
     assert not records.bare.any()
 
 
+def test_measured_light_behind_clear_glass_raises_no_doubt(tmp_path: Path) -> None:
+    """It comes from an area, though no shape has it."""
+    from purelight_import.sanity import doubts
+
+    ball = '<shape type="sphere"><float name="radius" value="0.03"/>' + GLASS + "</shape>"
+    path = scene(tmp_path, ball, '<float name="flux" value="300"/>')
+    assert doubts(load_luminaire(path).scene) == []
+
+
 def test_powerful_rays_are_drawn_more_often(tmp_path: Path) -> None:
     """A thousandth of the rays with half of the power costs no noise."""
     power = LED.power.copy()

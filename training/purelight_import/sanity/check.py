@@ -68,7 +68,7 @@ def _points(subject: Subject, found: Leaving) -> Iterator[str]:
         return
     worst = int(needles.argmax())
     share = 100 * needles.sum() / all_left
-    yield (f"{share:.2g} % of the light leaves the lamp unscattered from emitters without area, as "
+    yield (f"{share:.3g} % of the light leaves the lamp unscattered from emitters without area, as "
            f"'{subject.emitter_name(worst)}'; it has no radiance: make them small spheres with an "
            "area light, as purelight-import does")  # fmt: skip
 

@@ -41,7 +41,8 @@ def leaving(subject: Subject, seed: int = 0, paths: int = PATHS) -> Leaving:
     emitter = dr.gather(mi.EmitterPtr, scene.emitters_dr(), index)
     ray, weight, sized = _emit(subject, emitter, sampler)
     weight = dr.select(dr.all(dr.isfinite(weight)), weight, 0)
-    left, sharp = _walk(scene, subject.extent, sampler, ray, weight, ~sized)
+    thin = ~sized & ~mi.has_flag(emitter.flags(), mi.EmitterFlags.SpatiallyVarying)
+    left, sharp = _walk(scene, subject.extent, sampler, ray, weight, thin)
     dr.eval(weight, left, sharp)  # once, or each array below would run the loop again
     return Leaving(_sums(weight, each), _sums(left, each), _sums(dr.select(sharp, left, 0), each))
 
