@@ -11,7 +11,7 @@ second lamp of the same kind beside it, which is on. Parts that a run has kept o
 stand there as geometry. For each part of the lamp that the camera sees first, the table has its
 radiance over the truth without and with finishes, and the noise of that; then there are a white
 furnace, seconds, and the bytes that finishes add. Pictures: without, with, truth. The truth is
-path traced, or light traced (`--truth ptracer`), for which polished parts stay black.
+path traced, or light traced (`--truth ptracer`), which sees no polished parts: those are left out.
 """
 
 from __future__ import annotations
@@ -39,6 +39,7 @@ PASSES = 8
 ROOM = 8.0  # Half the width of the room, in radii.
 CAMERA, FIELD = (2.6, -2.4, 0.9), 36.0
 MIDDLE, BESIDE = (0.0, 0.0, 0.0), (2.1, 1.2, 0.0)  # Of lamps, in radii; the second is not seen.
+UNKNOWN = 0.25  # Noise of a part that tells nothing.
 ROOMS, STATES = ("window", "sky", "beside"), ("off", "on")
 HOSTS = (("accurate", "fused"), ("accurate", "queued"), ("fast", "fused"), ("fast", "queued"))
 Figures = dict[str, Any]
@@ -82,7 +83,7 @@ class Subject:
         }  # fmt: skip
         kept = self.bundle.with_suffix(".kept.xml")
         parts = self._shapes(kept, at) if kept.is_file() else {}
-        return {f"lamp_{at}": lamp} | parts
+        return {_key("lamp", at): lamp} | parts
 
     def real(self, *, on: bool, at: Place = MIDDLE) -> dict[str, Any]:
         """The shapes of the real lamp, by their names."""
@@ -106,7 +107,12 @@ class Subject:
         moved = path.with_name(f"{path.stem}_placed.xml")
         atomic.write_bytes(moved, ET.tostring(root))
         scene = load_scene(moved, optimize=False)
-        return {f"part_{shape.id()}_{at}": shape for shape in scene.shapes()}
+        return {_key(f"part_{shape.id()}", at): shape for shape in scene.shapes()}
+
+
+def _key(name: str, at: Place) -> str:
+    """Of an object of a scene."""
+    return name if at == MIDDLE else f"{name}_beside"
 
 
 def surroundings(room: str, size: int) -> dict[str, Any]:
@@ -226,14 +232,15 @@ def measure(subject: Subject, room: str, *, on: bool, options: argparse.Namespac
     result: Figures = {"seconds": [p.seconds for p in (before, after, truth)], "parts": {}}
     for part, mask in masks.items():
         right, error = truth.mean(mask)
-        if not right.min() > 0:  # A light tracer finds nothing in a mirror.
-            continue
         sides = [p.mean(mask)[0] for p in (before, after)]
         own = after.mean(mask)[1]
+        noise = float((np.hypot(error, own) / np.maximum(right, 1e-30)).mean())
+        if noise > UNKNOWN:  # A light tracer finds hardly anything in a mirror.
+            continue
         result["parts"][part] = {
             "pixels": int(mask.sum()),
             "truth": right.tolist(),
-            "noise": float((np.hypot(error, own) / right).mean()),
+            "noise": noise,
             "before": float(sides[0].sum() / right.sum()),
             "after": float(sides[1].sum() / right.sum()),
         }
