@@ -22,7 +22,7 @@ def row(name: str, said: Verdict, found: dict[str, Any]) -> list[str]:
     return [
         name, f"{told.light}, {_percent(said.accurate.within)}",
         _percent(true.accurate.within), _percent(true.accurate.noise),
-        _agreed(told.light, right.light, _holds(said.accurate, true.accurate)),
+        _light(told.light, right.light, said.accurate, true.accurate),
         told.look or "-", *_looks(said.look, true.look), _agreed(told.look, right.look),
         *_fast(said, true, told, right),
     ]  # fmt: skip
@@ -41,15 +41,17 @@ def markdown(rows: list[list[str]]) -> str:
     return "\n".join([*lines, *("| " + " | ".join(row) + " |" for row in rows)])
 
 
-def _holds(said: Mode, true: Mode) -> bool:
+def _light(told: str, right: str, said: Mode, true: Mode) -> str:
     """Whether the light is as near as is claimed, as far as the truth's own noise can tell."""
-    return true.within <= CLOSE * said.within or true.within <= true.noise
+    if true.within <= CLOSE * said.within:
+        return _agreed(told, right)
+    if true.within <= true.noise:
+        return "lost in noise"
+    return "yes, but farther off" if told == right else _agreed(told, right)
 
 
-def _agreed(told: str, right: str, holds: bool = True) -> str:
-    if told == right:
-        return "yes" if holds else "yes, but farther off"
-    return f"found {right or 'nothing'}"
+def _agreed(told: str, right: str) -> str:
+    return "yes" if told == right else f"found {right or 'nothing'}"
 
 
 def _looks(said: Look | None, true: Look | None) -> tuple[str, str]:
