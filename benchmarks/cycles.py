@@ -2,8 +2,9 @@
 
     python -m benchmarks.cycles --bundle lamp.plux [--lamp lamp.xml] [--spp 64] [--size 64]
 
-Two scenes: a floor four radii below the lamp, with direct light alone, and the closed matt room of
-the zoo with three bounces, of which pixels that see the lamp are left out. `plain` is the same mesh
+Three scenes: a floor four radii below the lamp, with direct light alone; the closed matt room of
+the zoo with three bounces, of which pixels that see the lamp are left out; and the lamp itself in
+the dark. `plain` is the same mesh
 with an even emission of the same flux, Cycles' own. Seconds are those of the processor, on one
 thread, with all that a renderer does before the first sample; the Mitsuba runtime's are of a second
 rendering, its kernels kept. Noise is that of a pixel, relative to the mean; `at equal time`, times
@@ -18,7 +19,7 @@ import tempfile
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +34,7 @@ from tests.support.blender_host import Blender
 
 ALBEDO, GREY, BLOCK = 0.5, 0.6, 0.4
 BOUNCES = 3
+FROM, FIELD = (2.6, -2.4, 0.9), 36.0  # Radii from the lamp's centre; degrees.
 FLOOR, SIDE = 4.0, 8.0  # Below the lamp's centre, and edge, in radii.
 Image = NDArray[np.float64]
 Renderer = Callable[[int], tuple[Image, float]]  # A seed; picture and seconds.
@@ -72,7 +74,7 @@ def installed(program: str, folder: Path) -> Blender:
 def _compare(options: argparse.Namespace, blender: Blender) -> None:
     bundle = Bundle.open(options.bundle)
     truth = _truth(bundle, options) if options.lamp else None
-    for scene in (Floor(bundle, options.size), Room(bundle, options.size)):
+    for scene in (kind(bundle, options.size) for kind in (Floor, Room, View)):
         print(f"\n{scene.title}, {options.spp} samples\n")
         for line in table(scene, bundle, blender, options.spp, truth):
             print(line, flush=True)
@@ -80,7 +82,7 @@ def _compare(options: argparse.Namespace, blender: Blender) -> None:
 
 
 def table(
-    scene: Floor | Room, bundle: Bundle, blender: Blender, spp: int, truth: Image | None
+    scene: Floor | Room | View, bundle: Bundle, blender: Blender, spp: int, truth: Image | None
 ) -> Iterator[str]:
     """A line for each renderer; errors are over the truth, or else over the Mitsuba runtime."""
     beside = "Mitsuba" if truth is None else "truth"
@@ -104,7 +106,7 @@ def table(
 
 
 def renderers(
-    scene: Floor | Room, bundle: Bundle, blender: Blender, spp: int
+    scene: Floor | Room | View, bundle: Bundle, blender: Blender, spp: int
 ) -> dict[str, Renderer]:
     """What is compared, by name."""
     strength = float(bundle.manifest.radiance_scale)
@@ -222,12 +224,7 @@ class Room:
         self.sphere, self.size = sphere, size
         made = scenes.room(sphere, size)
         self.seen = past_lamp(mi.load_dict(made["sensor"]), sphere)
-        turned = np.diag([-1.0, 1, -1, 1])  # Mitsuba's cameras look along +Z, with X to the left.
-        eye = _matrix(made["sensor"]["to_world"]) @ turned
-        self.shot: dict[str, Any] = {
-            "camera": eye.tolist(), "size": 1.0, "fov": made["sensor"]["fov"], "pixels": size,
-            "bounces": BOUNCES,
-        }  # fmt: skip
+        self.shot = _shot(made["sensor"], size, BOUNCES)
         self.steps = [
             ("box", {"world": _matrix(made[name]["to_world"]).tolist(), "reflectance": grey})
             for name, grey in (("walls", GREY), ("block", BLOCK))
@@ -238,6 +235,49 @@ class Room:
         from benchmarks.zoo.figures import scenes
 
         return scenes.room(self.sphere, self.size)
+
+
+class View:
+    """The lamp, seen from beside and above.
+
+    Arguments:
+        bundle: of the lamp.
+        size: pixels of an edge.
+    """
+
+    title = "The lamp seen directly"
+    factor = 1.0
+    steps: ClassVar[list[tuple[str, dict[str, Any]]]] = []
+
+    def __init__(self, bundle: Bundle, size: int) -> None:
+        import mitsuba as mi
+
+        from benchmarks.zoo.figures.scenes import film
+
+        sphere = bundle.manifest.bounding_sphere
+        at = list(map(float, sphere.center))
+        eye = [c + sphere.radius * d for c, d in zip(at, FROM, strict=True)]
+        look = mi.ScalarTransform4f().look_at(eye, at, [0, 0, 1])
+        self.sensor = {
+            "type": "perspective", "fov": FIELD, "to_world": look, "film": film(size, size),
+            "near_clip": 1e-2 * sphere.radius, "far_clip": 1e2 * sphere.radius,
+        }  # fmt: skip
+        self.seen = ~past_lamp(mi.load_dict(self.sensor), sphere)
+        self.shot = _shot(self.sensor, size, 0)
+
+    def objects(self) -> dict[str, Any]:
+        """The same in Mitsuba."""
+        return {"sensor": self.sensor}
+
+
+def _shot(sensor: dict[str, Any], size: int, bounces: int) -> dict[str, Any]:
+    """What Blender is told of a camera of Mitsuba's."""
+    turned = np.diag([-1.0, 1, -1, 1])  # Mitsuba's cameras look along +Z, with X to the left.
+    eye = _matrix(sensor["to_world"]) @ turned
+    return {
+        "camera": eye.tolist(), "size": 1.0, "fov": sensor["fov"], "pixels": size,
+        "bounces": bounces,
+    }  # fmt: skip
 
 
 def _matrix(transform: Any) -> Image:
