@@ -22,6 +22,7 @@ if TYPE_CHECKING:  # they need Mitsuba's variant
 LAYOUTS = ((8, 32), (16, 16), (16, 32))  # bins along a side of a face, and of the hemisphere
 SIGMAS = (0.0, 0.5, 1.0)  # of the filter, in bins
 SEEN = 1 << 14  # held-out photons that choose among them
+UNTRAINED = {"losses": [], "seconds": 0.0, "skipped": 0}  # What a run says of such a network
 
 
 class Wcl(BundleSystem):
@@ -73,7 +74,7 @@ class Wcl(BundleSystem):
         model = appearance(packed.bins)
         training.adopt("student", Table(model))
         # The exporter wants a student; an untrained one is replaced at once
-        run.save("student", Student(training.lamp.description, preset), {"losses": []})
+        run.save("student", Student(training.lamp.description, preset), UNTRAINED)
         proxy.finish(training, (TRANSPARENCY, SAMPLER), folder / "frame.plux", account)
         with_networks(folder / "frame.plux", folder / BUNDLE, {"appearance": model})
 
