@@ -24,6 +24,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.finishes import CAMERA, FIELD
 from benchmarks.past_lamp import past_lamp
 from purelight_blender import packing
 from purelight_format.bundle import Bundle
@@ -34,7 +35,6 @@ from tests.support.blender_host import Blender
 
 ALBEDO, GREY, BLOCK = 0.5, 0.6, 0.4
 BOUNCES = 3
-FROM, FIELD = (2.6, -2.4, 0.9), 36.0  # Radii from the lamp's centre; degrees.
 FLOOR, SIDE = 4.0, 8.0  # Below the lamp's centre, and edge, in radii.
 Image = NDArray[np.float64]
 Renderer = Callable[[int], tuple[Image, float]]  # A seed; picture and seconds.
@@ -256,7 +256,7 @@ class View:
 
         sphere = bundle.manifest.bounding_sphere
         at = list(map(float, sphere.center))
-        eye = [c + sphere.radius * d for c, d in zip(at, FROM, strict=True)]
+        eye = [c + sphere.radius * d for c, d in zip(at, CAMERA, strict=True)]
         look = mi.ScalarTransform4f().look_at(eye, at, [0, 0, 1])
         self.sensor = {
             "type": "perspective", "fov": FIELD, "to_world": look, "film": film(size, size),

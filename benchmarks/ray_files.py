@@ -28,6 +28,7 @@ from purelight_format.ray_file.files import write_ray_file
 from purelight_mitsuba.platform import use
 from purelight_onnx.lighting import irradiance
 from purelight_onnx.luminaire import Luminaire
+from purelight_train.light.direction_zones import zone_middles
 
 FLOOR, SIDE, SAMPLES = 8, 2.0, 8192  # Points along an edge, metres, samples a point.
 PLACES, BANDS, AROUND = 1 << 14, 12, 8
@@ -51,7 +52,7 @@ def far_field_of(lamp: Luminaire) -> Table:
     triangle = rng.choice(len(surface.area), PLACES, p=surface.area / surface.area.sum())
     place = surface.point(triangle, rng.random((PLACES, 2)))
     result = []
-    for direction in directions():
+    for direction in zone_middles(BANDS, AROUND):
         normal = surface.normal[triangle]
         cosine = normal @ direction
         normal = normal * np.sign(cosine)[:, None]
@@ -63,15 +64,6 @@ def far_field_of(lamp: Luminaire) -> Table:
         light = float((value * np.abs(cosine[free])).sum())
         result.append(light / PLACES * float(surface.area.sum()))
     return np.array(result).reshape(BANDS, AROUND)
-
-
-def directions() -> Table:
-    """The middles of zones of equal solid angle: [BANDS * AROUND, 3]."""
-    z = (np.arange(BANDS) + 0.5) / BANDS * 2 - 1
-    phi = (np.arange(AROUND) + 0.5) / AROUND * 2 * np.pi
-    z, phi = (g.ravel() for g in np.meshgrid(z, phi, indexing="ij"))
-    sine = np.sqrt(1 - z**2)
-    return np.stack([sine * np.cos(phi), sine * np.sin(phi), z], 1)
 
 
 def difference(one: Table, other: Table) -> dict[str, float]:

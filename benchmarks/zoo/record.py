@@ -57,7 +57,8 @@ class Record:
     def save(self) -> None:
         data = {k: v for k, v in vars(self).items() if k != "folder"}
         self.folder.mkdir(parents=True, exist_ok=True)
-        atomic.write_bytes(self.path, (json.dumps(data, indent=2) + "\n").encode())
+        text = json.dumps(data, indent=2).replace(f"{self.folder}/", "")  # of this machine
+        atomic.write_bytes(self.path, f"{text}\n".encode())
 
     def begin(self, stage: str) -> None:
         """Note that a stage has begun."""

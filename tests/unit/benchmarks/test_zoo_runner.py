@@ -92,6 +92,13 @@ def test_a_published_record_that_does_not_do_is_left(tmp_path: Path, fault: str)
     assert not Record(one.folder).path.exists()
 
 
+def test_a_record_does_not_tell_where_it_was_made(tmp_path: Path) -> None:
+    record = finished(tmp_path, export={"said": f"{tmp_path}/lamp.usda  0.33 MB"})
+    record.end("train", {"refused": f"{tmp_path}/lamp/lamp.xml: no emitter"})
+    assert str(tmp_path) not in record.path.read_text()
+    assert Record.open(tmp_path).figures("export")["said"] == "lamp.usda  0.33 MB"
+
+
 # Limits
 
 

@@ -11,6 +11,7 @@ from scipy.optimize import minimize
 
 from purelight_format.measures import flux_estimate
 from purelight_train.learning.reference_rays import ReferenceRays
+from purelight_train.light.direction_zones import zone_middles, zone_of
 from purelight_train.light.radiance_field import Float, Radiance
 
 PASS = 1 << 18
@@ -77,21 +78,14 @@ def escaping_rays(
 
 
 def by_direction(direction: Float, power: NDArray[np.floating]) -> NDArray[np.float64]:
-    """Power by cell of its direction: [N, 3], [N, 3] -> [BANDS * AROUND, 3]."""
-    x, y, z = direction.astype(np.float64).T
-    band = np.clip(((1 + z) / 2 * BANDS).astype(int), 0, BANDS - 1)
-    around = (np.arctan2(y, x) / (2 * np.pi) % 1 * AROUND).astype(int) % AROUND
-    cell, cells = band * AROUND + around, BANDS * AROUND
-    return np.stack([np.bincount(cell, power[:, c], cells) for c in range(power.shape[1])], 1)
+    """Power by cell of its direction: [N, 3], [N, C] -> [BANDS * AROUND, C]."""
+    cell, cells = zone_of(direction, BANDS, AROUND), BANDS * AROUND
+    return np.stack([np.bincount(cell, column, cells) for column in power.T], 1)
 
 
-def cell_directions() -> NDArray[np.float64]:
+def cell_directions() -> NDArray[np.float32]:
     """The middle of each cell: [BANDS * AROUND, 3]."""
-    z = (np.arange(BANDS) + 0.5) / BANDS * 2 - 1
-    phi = (np.arange(AROUND) + 0.5) / AROUND * 2 * np.pi
-    z, phi = (g.ravel() for g in np.meshgrid(z, phi, indexing="ij"))
-    sine = np.sqrt(1 - z**2)
-    return np.stack([sine * np.cos(phi), sine * np.sin(phi), z], 1)
+    return zone_middles(BANDS, AROUND).astype(np.float32)
 
 
 def tilt(

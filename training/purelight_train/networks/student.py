@@ -58,8 +58,12 @@ class Student(SurfaceNetwork):
         raw = self.raw(position, normal, outgoing, encoded).clamp(min=self.least_log)
         raw = torch.minimum(raw, self.ceiling)
         unit = torch.exp(raw) if self.link == "log" else torch.expm1(raw)
-        tilt = torch.exp(self.harmonics(outgoing) @ self.tilt.T)
-        return unit * tilt * (self.scale * self.gain * self.channels)
+        return unit * torch.exp(self.log_tilt(outgoing)) * (self.scale * self.gain * self.channels)
+
+    def log_tilt(self, outgoing: Tensor) -> Tensor:
+        r"""The part :math:`t_c \cdot Y(\omega)` of the gain's logarithm: [N, 3] -> [N, 3]."""
+        tilted: Tensor = self.harmonics(outgoing) @ self.tilt.T
+        return tilted
 
     def log_radiance(self, position: Tensor, normal: Tensor, outgoing: Tensor) -> Tensor:
         """log(radiance / scale), without gain and bounds, for the link `log`: [N, 3].

@@ -24,6 +24,7 @@ from purelight_train.runs.run_directory import RunDirectory
 from purelight_train.runs.traced_lamp import TracedLamp
 
 BATCH = 1 << 15
+Cells = NDArray[np.float64]
 FEW_RAYS, FEW_RECORDS = 1 << 18, 1 << 14
 BRIGHTER, HEADROOM = 1e-4, 2.0
 
@@ -79,7 +80,7 @@ def close_flux(
     student: Student, radiance: Radiance, lamp: TracedLamp, rng: np.random.Generator
 ) -> None:
     """Make the student's escaping flux the light-traced one, in all and by direction."""
-    cells: list[NDArray[np.float64]] = []
+    cells: list[Cells] = []
     integral, _ = escaping_flux(
         lamp.reference_rays, radiance, rng,
         visit=lambda direction, power: cells.append(by_direction(direction, power)),
@@ -88,13 +89,22 @@ def close_flux(
     gain = np.divide(flux, integral, out=np.ones(3), where=integral > 0)
     student.gain.copy_(student.gain.cpu() * torch.from_numpy(gain))
     escaped = lamp.records.take(lamp.records.escaped)
-    told, traced = np.sum(cells, 0), by_direction(escaped.direction, escaped.weight)
-    toward = torch.from_numpy(cell_directions().astype(np.float32)).to(student.tilt.device)
+    _tilt(student, np.sum(cells, 0), escaped.direction, escaped.weight.astype(np.float64))
+
+
+def _tilt(student: Student, told: Cells, direction: Float, weight: Cells) -> None:
+    """Give the student's light the direction harmonics of traced light.
+
+    Arguments:
+        told: the student's, by cell of its direction, [K, 3].
+        direction, weight: of traced light, [N, 3].
+    """
+    traced = by_direction(direction, weight)
+    toward = torch.from_numpy(cell_directions()).to(student.tilt.device)
     harmonics = student.harmonics(toward).cpu().double().numpy()
+    records = weight.sum(0) ** 2 / np.maximum((weight**2).sum(0), 1e-300)  # of equal power
     for c in range(3):
-        weight = escaped.weight[:, c].astype(np.float64)
-        known = weight.sum() ** 2 / max((weight**2).sum(), 1e-300)
-        more = tilt(told[:, c], traced[:, c], harmonics, known)
+        more = tilt(told[:, c], traced[:, c], harmonics, float(records[c]))
         student.tilt[c] += torch.from_numpy(more).to(student.tilt)
 
 

@@ -119,9 +119,8 @@ class StudentSize:
 
     def _most_gain(self) -> Tensor:
         """Logarithm of the reference's largest gain in any direction: [3]."""
-        toward = torch.from_numpy(cell_directions().astype(np.float32))
-        tilt = self.reference.harmonics(toward.to(self.reference.tilt)) @ self.reference.tilt.T
-        return torch.log(self.reference.gain) + tilt.amax(0)
+        toward = torch.from_numpy(cell_directions()).to(self.reference.gain.device)
+        return torch.log(self.reference.gain) + self.reference.log_tilt(toward).amax(0)
 
     def trial(self, rung: Rung) -> Trial:
         """Errors of a size after two short runs, each with a whole schedule."""

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import RegularGridInterpolator
 
+from purelight_train.light.direction_zones import zone_of
 from purelight_train.light.exit_records import ExitRecords
 
 Table = NDArray[np.float64]
@@ -15,10 +16,7 @@ Table = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class IntensityZones:
-    """Mean radiant intensity in zones of equal solid angle.
-
-    Zone [i, j] spans the cosines of the angle to -Z from 1 - 2 i / rows down by 2 / rows, and
-    azimuths from 2 pi j / columns.
+    """Mean radiant intensity in zones of equal solid angle (`direction_zones`).
 
     Arguments:
         intensity, error: [rows, columns, 3] in W/sr and its standard error.
@@ -30,10 +28,7 @@ class IntensityZones:
     @staticmethod
     def of(records: ExitRecords, rows: int = 16, columns: int = 12) -> IntensityZones:
         """Count exit records."""
-        x, y, z = records.direction.astype(np.float64).T
-        row = np.clip(((1 + z) / 2 * rows).astype(int), 0, rows - 1)
-        column = (np.arctan2(y, x) / (2 * np.pi) % 1 * columns).astype(int) % columns
-        zone, zones = row * columns + column, rows * columns
+        zone, zones = zone_of(records.direction, rows, columns), rows * columns
         weight = records.weight.astype(np.float64) * (zones / (4 * np.pi))
         first, second = (
             np.stack([np.bincount(zone, w[:, c], zones) for c in range(3)], 1) / records.paths
