@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 from collections.abc import Callable
 from pathlib import Path
 
@@ -19,6 +20,16 @@ def write_lamps(folder: Path, count: int, seed: int) -> list[str]:
         lamp.write(folder / lamp.name)
         names.append(lamp.name)
     return names
+
+
+def write_table(folder: Path, names: list[str]) -> Path:
+    """A table of those lamps, which try no anchors: the engine is on trial, and not the lamps."""
+    table = folder / "lamps.csv"
+    with open(table, "w", newline="") as file:
+        rows = csv.writer(file)
+        rows.writerow(("file", "name", "anchor"))
+        rows.writerows((f"{name}/lamp.xml", name, "none") for name in names)
+    return table
 
 
 def write_broken(folder: Path) -> list[str]:
