@@ -33,6 +33,7 @@ from purelight_format.networks.profile import inspect
 from purelight_format.networks.tiers import PORTABLE, fault
 from purelight_format.srgb import png
 from purelight_format.usd import asset_layer
+from purelight_format.usd.guide import likenesses
 from purelight_format.verdict import caption, figures, words
 from purelight_onnx.luminaire import Luminaire
 from purelight_onnx.viewer import render
@@ -141,12 +142,15 @@ class Facts:
         return Surface(arrays["positions"], arrays["triangles"], flux.astype(np.float32), finish)
 
     def layer(self, manifest: Manifest) -> Members:
-        """The layer inside the bundle, where that has more than what the bundle itself says."""
+        """The layer inside the bundle, where that has more than what the bundle itself says.
+
+        It shows likenesses of the kept parts; the asset beside has them as they are.
+        """
         if not self.run.kept:
             return {}
         name = f"{asset_layer.identifier(manifest.name)}.usda"
         paths = asset_layer.Paths(f"./{MANIFEST}", f"./{name}", photometry=f"./{PHOTOMETRY}")
-        text = asset_layer.layer_text(manifest, self.surface, paths, self.run.kept)
+        text = asset_layer.layer_text(manifest, self.surface, paths, likenesses(self.run.kept))
         return {name: text.encode()}
 
     @property

@@ -17,10 +17,12 @@ from pxr import Usd, UsdGeom, UsdLux, UsdValidation
 
 from purelight_format import bundle, usd_schema
 from purelight_format.bundle import Bundle
+from purelight_format.members.finishes import Finish
 from purelight_format.members.surface import Surface
 from purelight_format.usd import layer
+from purelight_format.usd.appearance_text import KeptPart
 from purelight_format.usd.asset_layer import Paths, identifier, layer_text, luminaires
-from purelight_format.usd.guide import guide
+from purelight_format.usd.guide import guide, likenesses
 from tests.support import lamp
 
 usd_schema.register()
@@ -241,6 +243,23 @@ def test_a_coarse_mesh_keeps_its_finishes() -> None:
     assert found.finish is not None
     far = np.abs(height) > 0.005
     np.testing.assert_array_equal(found.finish[far, 0] == 1, height[far] > 0)
+
+
+def test_kept_parts_of_many_triangles_have_coarse_likenesses_together() -> None:
+    balls = [trimesh.creation.icosphere(subdivisions=k, radius=r) for k, r in ((5, 0.2), (6, 0.1))]
+    parts = [
+        KeptPart("ball", np.asarray(b.vertices, np.float32), np.asarray(b.faces, np.uint32),
+                 np.asarray(b.vertices, np.float32), Finish("paint", (0.5, 0.5, 0.5)))
+        for b in balls
+    ]  # fmt: skip
+    found = likenesses(parts)
+    assert sum(len(part.triangles) for part in found) <= 2000
+    for part, ball in zip(found, balls, strict=True):
+        assert part.normals is None
+        assert trimesh.Trimesh(part.positions, part.triangles).area == pytest.approx(
+            ball.area, rel=0.1
+        )
+    assert likenesses(found) == found
 
 
 def test_a_small_surface_is_its_own_guide() -> None:

@@ -10,6 +10,8 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 from scipy.cluster.vq import kmeans2
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
 
 from purelight_format.limits import LIMITS
 from purelight_format.members.finishes import NONE, Finish
@@ -26,6 +28,8 @@ PLACES = 16  # on a triangle, to see its texture
 PLAIN = 0.02  # relative spread of colours that counts as none
 SHADES = 16  # of a textured material, at most
 REFRACTS = 1e-3  # of an index of refraction
+BODIES = 16  # of one material that are fitted each on its own, at most
+ALIKE = 0.03  # of even light: bodies that scatter nearer to the mean of all share its finish
 Array = NDArray[np.float64]
 Sides = NDArray[np.uint8]
 
@@ -86,18 +90,49 @@ def finished(luminaire: Luminaire) -> Finished:
 def _with_bodies(
     luminaire: Luminaire, made: list[Finish], sides: NDArray[np.int64]
 ) -> tuple[list[Finish], NDArray[np.int64]]:
-    """Finishes that light passes, with what they scatter; a sheet has the same on both sides."""
+    """Finishes that light passes, with what they scatter; a sheet has the same on both sides.
+
+    Bodies of one material have a finish each where they scatter otherwise than all do together: a
+    petal that stands before others, a globe that hangs in a shade.
+    """
     fit: ScatterFit | None = None
-    result, sides = list(made), sides.copy()
-    for index, finish in enumerate(made):
-        triangles = np.flatnonzero(sides[:, 0] == index)
-        if finish.opaque or not len(triangles):
-            continue
+    result, sides, surface = list(made), sides.copy(), luminaire.exit_surface
+    clear = [k for k, f in enumerate(made) if not f.opaque and (sides[:, 0] == k).any()]
+    most = min(BODIES, (LIMITS.finishes - len(made)) // max(len(clear), 1))
+    for index in clear:
+        finish, triangles = made[index], np.flatnonzero(sides[:, 0] == index)
         fit = fit or ScatterFit(luminaire)
-        result[index] = fit(finish, triangles, index)
+        result[index] = whole = fit(finish, triangles, index)
         if finish.thin_walled:
             sides[triangles, 1] = index
+        found = bodies(surface, triangles)[:most]
+        for body in found if len(found) > 1 else ():
+            own = fit(finish, body, len(result))
+            if _scattered_apart(own, whole) > ALIKE:
+                sides[body] = np.where(sides[body] == index, len(result), sides[body])
+                result.append(own)
     return result, sides
+
+
+def bodies(surface: ExitSurface, triangles: NDArray[np.int64]) -> list[NDArray[np.int64]]:
+    """Those of some triangles that hang together by their corners, the largest first."""
+    corners = surface.triangles[triangles]
+    _, point = np.unique(surface.positions[corners.ravel()], axis=0, return_inverse=True)
+    a, b, c = point.reshape(-1, 3).T
+    ends = np.concatenate((a, b)), np.concatenate((b, c))
+    links = coo_matrix((np.ones(len(ends[0])), ends), (len(a) * 3,) * 2)
+    _, label = np.unique(connected_components(links, directed=False)[1][a], return_inverse=True)
+    area = np.bincount(label.ravel(), surface.triangle_area[triangles])
+    return [triangles[label.ravel() == k] for k in np.argsort(-area, kind="stable")]
+
+
+def _scattered_apart(a: Finish, b: Finish) -> float:
+    """The part of even light by which two finishes scatter otherwise, ahead and back."""
+    ahead, back = (
+        np.abs(np.subtract(*(getattr(f, name) for f in (a, b)))).max()
+        for name in ("scattered_ahead", "scattered_back")
+    )
+    return float(ahead + back)
 
 
 def patches(scene: mi.Scene, surface: ExitSurface) -> Iterator[Patch]:
@@ -208,7 +243,10 @@ def _apart(a: Finish, b: Finish) -> float:
     """How different two finishes are."""
 
     def numbers(f: Finish) -> Array:
-        return np.array([*f.base_color, f.metalness, f.roughness, 10 * f.opaque, f.smooth])
+        scattered = (*f.scattered_ahead, *f.scattered_back)
+        return np.array(
+            [*f.base_color, *scattered, f.metalness, f.roughness, 10 * f.opaque, f.smooth]
+        )
 
     return float(np.abs(numbers(a) - numbers(b)).sum())
 
