@@ -30,7 +30,8 @@ from tests.support.fidelity import Subject, floor_irradiance
 
 # Degrees about x that turn what is below, beside and above a lamp to where the floor is
 TURNS = {"floor": 0.0, "wall": 90.0, "ceiling": 180.0}
-DISTANCE, SIDE, CELLS = 3.0, 6.0, 16  # of each from the centre, and its edge, in radii
+DISTANCE, SIDE = 3.0, 6.0  # of each from the centre, and its edge, in radii
+CELLS = 9  # along each edge: each sees as much of the sphere as a place of the verdict, 9 degrees
 SIDES = ((-20.0, -15.0), (100.0, 25.0), (-140.0, 60.0))  # azimuth, elevation
 PASSES = 4
 SEEDS = (9_000_001, 9_500_009)
