@@ -10,15 +10,13 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 from scipy.cluster.vq import kmeans2
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
 from purelight_format.limits import LIMITS
 from purelight_format.members.finishes import NONE, Finish
 from purelight_format.reflection import SHARP
 from purelight_train.light.exit_surface import ExitSurface
+from purelight_train.light.finish_bodies import with_bodies
 from purelight_train.light.finish_fit import finish_of
-from purelight_train.light.finish_scatter import ScatterFit
 from purelight_train.light.interfaces import relative_index
 from purelight_train.light.luminaire import Luminaire, triangle_counts
 from purelight_train.light.material_probe import Material
@@ -28,8 +26,6 @@ PLACES = 16  # on a triangle, to see its texture
 PLAIN = 0.02  # relative spread of colours that counts as none
 SHADES = 16  # of a textured material, at most
 REFRACTS = 1e-3  # of an index of refraction
-BODIES = 16  # of one material that are fitted each on its own, at most
-ALIKE = 0.03  # of even light: bodies that scatter nearer to the mean of all share its finish
 Array = NDArray[np.float64]
 Sides = NDArray[np.uint8]
 
@@ -84,55 +80,7 @@ def finished(luminaire: Luminaire) -> Finished:
             column = np.where(turned, 1 - side, side)
             sides[triangles, column] = np.where(index < 0, -1, index + len(made))
             made.extend(found)
-    return _compact(*_with_bodies(luminaire, made, sides), area)
-
-
-def _with_bodies(
-    luminaire: Luminaire, made: list[Finish], sides: NDArray[np.int64]
-) -> tuple[list[Finish], NDArray[np.int64]]:
-    """Finishes that light passes, with what they scatter; a sheet has the same on both sides.
-
-    Bodies of one material have a finish each where they scatter otherwise than all do together: a
-    petal that stands before others, a globe that hangs in a shade.
-    """
-    fit: ScatterFit | None = None
-    result, sides, surface = list(made), sides.copy(), luminaire.exit_surface
-    clear = [k for k, f in enumerate(made) if not f.opaque and (sides[:, 0] == k).any()]
-    most = min(BODIES, (LIMITS.finishes - len(made)) // max(len(clear), 1))
-    for index in clear:
-        finish, triangles = made[index], np.flatnonzero(sides[:, 0] == index)
-        fit = fit or ScatterFit(luminaire)
-        result[index] = whole = fit(finish, triangles, index)
-        if finish.thin_walled:
-            sides[triangles, 1] = index
-        found = bodies(surface, triangles)[:most]
-        for body in found if len(found) > 1 else ():
-            own = fit(finish, body, len(result))
-            if _scattered_apart(own, whole) > ALIKE:
-                sides[body] = np.where(sides[body] == index, len(result), sides[body])
-                result.append(own)
-    return result, sides
-
-
-def bodies(surface: ExitSurface, triangles: NDArray[np.int64]) -> list[NDArray[np.int64]]:
-    """Those of some triangles that hang together by their corners, the largest first."""
-    corners = surface.triangles[triangles]
-    _, point = np.unique(surface.positions[corners.ravel()], axis=0, return_inverse=True)
-    a, b, c = point.reshape(-1, 3).T
-    ends = np.concatenate((a, b)), np.concatenate((b, c))
-    links = coo_matrix((np.ones(len(ends[0])), ends), (len(a) * 3,) * 2)
-    _, label = np.unique(connected_components(links, directed=False)[1][a], return_inverse=True)
-    area = np.bincount(label.ravel(), surface.triangle_area[triangles])
-    return [triangles[label.ravel() == k] for k in np.argsort(-area, kind="stable")]
-
-
-def _scattered_apart(a: Finish, b: Finish) -> float:
-    """The part of even light by which two finishes scatter otherwise, ahead and back."""
-    ahead, back = (
-        np.abs(np.subtract(*(getattr(f, name) for f in (a, b)))).max()
-        for name in ("scattered_ahead", "scattered_back")
-    )
-    return float(ahead + back)
+    return _compact(*with_bodies(luminaire, made, sides), area)
 
 
 def patches(scene: mi.Scene, surface: ExitSurface) -> Iterator[Patch]:
