@@ -99,16 +99,21 @@ def vars_of(handlers: Any) -> list[list[Any]]:
     return [getattr(handlers, n) for n in dir(handlers) if isinstance(getattr(handlers, n), list)]
 
 
-def empty(engine: str = "CYCLES", scale_length: float = 1.0, background: float = 0.0) -> None:
-    """A new file of nothing, under an even sky."""
+def empty(
+    engine: str = "CYCLES", scale_length: float = 1.0, background: float = 0.0, ours: bool = True
+) -> None:
+    """A new file of nothing, under an even sky; with the extension, or without."""
     import bpy
 
     import addon_utils  # isort: skip
 
     bpy.ops.wm.read_factory_settings(use_empty=True)
     addon_utils.enable("cycles")
-    addon_utils.extensions_refresh(ensure_wheels=True)
-    addon_utils.enable(MODULE)
+    if ours:
+        addon_utils.extensions_refresh(ensure_wheels=True)
+        addon_utils.enable(MODULE)
+    else:
+        addon_utils.disable(MODULE)
     scene = bpy.context.scene
     scene.render.engine = engine
     scene.unit_settings.scale_length = scale_length

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -9,10 +10,12 @@ import numpy as np
 import pytest
 
 from purelight_format.bundle import Bundle
+from purelight_format.members.finishes import Finish
 from purelight_format.usd import asset_layer
 from tests.support import blender_lamps
-from tests.support.analytic_lamps import RADIUS
+from tests.support.analytic_lamps import CENTRE, RADIUS, ball
 from tests.support.blender_host import Blender
+from tests.unit.blender.conftest import pixels
 
 STAGE = """#usda 1.0
 (
@@ -103,6 +106,30 @@ def test_a_lamp_asset_by_itself_is_a_lamp(blender: Blender, folder: Path) -> Non
     )
     assert [thing["type"] for thing in things if thing["dimmer"] is not None] == ["MESH"]
     assert not [thing for thing in things if thing["type"] == "LIGHT"]
+
+
+def test_who_lacks_the_extension_sees_the_lamp_in_its_materials(
+    blender: Blender, tmp_path: Path
+) -> None:
+    """A matt ball under a white sky shows its paint, though its light stands inside of it."""
+    paint, lamp = (0.7, 0.5, 0.2), ball(0.0)
+    sides = np.zeros((len(lamp.surface.triangles), 2), np.uint8)
+    surface = replace(lamp.surface, finish=sides)
+    painted = replace(lamp, surface=surface, finishes=(Finish("paint", paint),))
+    write_layer(painted.write(tmp_path / "lamp.plux"))
+    camera = np.eye(4)
+    camera[:3, 3] = np.add(CENTRE, (0, 0, 4))
+    wish = {"camera": camera.tolist(), "size": 0.6 * RADIUS, "pixels": 8, "samples": 64,
+            "osl": False, "bounces": 2, "path": str(tmp_path / "seen.exr")}  # fmt: skip
+    _, _, things, _ = blender.run(
+        ("empty", {"background": 1.0, "ours": False}),
+        ("usd", {"path": str(tmp_path / "lamp.usda")}),
+        ("objects", {}), ("picture", wish), installed=False,
+    )  # fmt: skip
+    assert sorted(t["type"] for t in things if t["type"] != "EMPTY") == ["LIGHT", "MESH"]
+    assert all(thing["dimmer"] is None for thing in things if thing["type"] == "MESH")
+    seen = pixels(tmp_path / "seen.exr").mean((0, 1))
+    np.testing.assert_allclose(seen, paint, atol=0.06)  # And a little gloss.
 
 
 @pytest.mark.parametrize("fault", ["missing", "damaged", "another"])
