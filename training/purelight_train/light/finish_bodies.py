@@ -13,6 +13,7 @@ from scipy.sparse.csgraph import connected_components
 
 from purelight_format.limits import LIMITS
 from purelight_format.members.finishes import Finish
+from purelight_train.light.exit_surface import ExitSurface
 from purelight_train.light.finish_scatter import ScatterFit
 from purelight_train.light.luminaire import Luminaire, scene_triangles, triangle_counts
 
@@ -40,31 +41,20 @@ def with_bodies(
     clear = [k for k, f in enumerate(made) if not f.opaque and (sides[:, 0] == k).any()]
     if not clear:
         return result, sides
-    fit, body_of = ScatterFit(luminaire), _bodies(luminaire)
-    area = luminaire.exit_surface.triangle_area
-    most = min(MOST, (LIMITS.finishes - len(made)) // len(clear))
+    fit, surface = ScatterFit(luminaire), luminaire.exit_surface
+    assert surface.source is not None
+    body_of, most = bodies(luminaire.scene), (LIMITS.finishes - len(made)) // len(clear)
     for index in clear:
         finish, triangles = made[index], np.flatnonzero(sides[:, 0] == index)
         result[index] = whole = fit(finish, triangles, index)
         if finish.thin_walled:
             sides[triangles, 1] = index
-        parts = _parted(triangles, body_of, area)[:most]
-        for part in parts if len(parts) > 1 else ():
-            own = fit(finish, part, len(result))
+        for part in _parted(triangles, body_of[surface.source[triangles]], surface)[:most]:
+            own = fit(finish, part, len(result)) if len(part) < len(triangles) else whole
             if _apart(own, whole) > ALIKE:
                 sides[part] = np.where(sides[part] == index, len(result), sides[part])
                 result.append(own)
     return result, sides
-
-
-def _bodies(luminaire: Luminaire) -> Indices:
-    """The number of the body that each triangle of the exit surface belongs to: [T]."""
-    source = luminaire.exit_surface.source
-    assert source is not None
-    known = bodies(luminaire.scene)
-    result: Indices = np.where(source < len(known), np.append(known, -1)[
-        np.minimum(source, len(known))], -1)  # fmt: skip
-    return result
 
 
 def bodies(scene: mi.Scene) -> Indices:
@@ -83,11 +73,11 @@ def bodies(scene: mi.Scene) -> Indices:
     return result
 
 
-def _parted(triangles: Indices, body_of: Indices, area: NDArray[np.float64]) -> list[Indices]:
-    """Triangles of the exit surface by their bodies, those of the largest first."""
-    label = np.unique(body_of[triangles], return_inverse=True)[1].ravel()
-    order = np.argsort(-np.bincount(label, area[triangles]), kind="stable")
-    return [triangles[label == k] for k in order]
+def _parted(triangles: Indices, body_of: Indices, surface: ExitSurface) -> list[Indices]:
+    """Triangles [P] of an exit surface by their bodies [P]: the largest ones first."""
+    label = np.unique(body_of, return_inverse=True)[1].ravel()
+    order = np.argsort(-np.bincount(label, surface.triangle_area[triangles]), kind="stable")
+    return [triangles[label == k] for k in order[:MOST]]
 
 
 def _apart(a: Finish, b: Finish) -> float:
