@@ -2,13 +2,15 @@
 
 python -m benchmarks.systems --output out/systems --scale smoke|small|full [--lamps ...]
     [--systems ...] [--tasks ...] [--threads 1] [--again NAME ... | failed]
+    [--workers 2 | --scheduler tcp://HOST:8786]
 python -m benchmarks.systems --output out/systems --scale smoke --report [--publish]
 
 Lamps of the gallery are trained where no run is there, truths are light traced, and every system
 renders every task that it can do at growing counts of samples. What is measured is written to
-OUTPUT/SCALE/records.jsonl line by line, and a later call goes on from there. The report (tables,
-fronts, pictures, verdicts on the paper's claims, one HTML page) is made of the records alone, at
-the end of a run or by --report; --publish puts it into benchmarks/results/SCALE as well.
+OUTPUT/SCALE/LAMP/records.jsonl line by line, and a later call goes on from there. Lamps may be
+measured side by side, as jobs of Dask; their seconds then are those of a busy machine. The report
+(tables, fronts, pictures, verdicts on the paper's claims, one HTML page) is made of the records
+alone, at the end of a run or by --report; --publish puts it into benchmarks/results/SCALE as well.
 """
 
 from __future__ import annotations
@@ -52,24 +54,47 @@ def _parser() -> command.Parser:
     add("--threads", type=int, default=1, help="of training and of every system")
     add("--again", nargs="+", default=[], metavar="NAME", help="systems or tasks to measure once "
         "more, or failed")  # fmt: skip
+    add("--workers", type=int, default=0, metavar="N", help="lamps side by side on this machine")
+    add("--scheduler", metavar="ADDRESS", help="of Dask workers elsewhere, as tcp://10.0.0.1:8786; "
+        "started in a copy of this folder, they must see OUTPUT under the same name")  # fmt: skip
     add("--report", action="store_true", help="no measurement, only the report")
     add("--publish", action="store_true", help="write the report to benchmarks/results too")
     return parser
+
+
+def measure(argv: Sequence[str]) -> int:
+    """The measurement alone, without a report: what a job does."""
+    return command.run(COMMAND, lambda: _measure(_parser().parse_args(argv)))
 
 
 def _act(options: argparse.Namespace) -> int:
     if options.threads < 1:
         raise PureLightError("--threads must be at least 1")
     folder = options.output / options.scale
-    if not options.report:
-        _measure(options, folder)
+    if options.workers or options.scheduler:
+        _side_by_side(options)
+    elif not options.report:
+        _measure(options)
     from benchmarks.systems.report import report
 
     print(report.write(folder, systems(None), RESULTS / options.scale if options.publish else None))
     return 0
 
 
-def _measure(options: argparse.Namespace, folder: Path) -> None:
+def _side_by_side(options: argparse.Namespace) -> None:
+    from benchmarks.systems import cluster
+
+    words = [f"--output={options.output.resolve()}", f"--scale={options.scale}",
+             f"--threads={options.threads}"]  # fmt: skip
+    for name in ("systems", "tasks", "again"):
+        if values := getattr(options, name):
+            words += [f"--{name}", *values]
+    lamps = options.lamps or scale(options.scale).lamps
+    for lamp, reason in cluster.run(lamps, words, options.workers, options.scheduler).items():
+        command.warn(COMMAND, f"{lamp}: {reason}")
+
+
+def _measure(options: argparse.Namespace) -> int:
     from benchmarks.systems.runner import Runner
 
     chosen = scale(options.scale)
@@ -78,10 +103,11 @@ def _measure(options: argparse.Namespace, folder: Path) -> None:
         raise PureLightError(f"no task {min(unknown)} in this scale; choose from {' '.join(known)}")
     os.environ.update(OMP_NUM_THREADS=str(options.threads), OMP_WAIT_POLICY="PASSIVE")
     runner = Runner(
-        folder, chosen, systems(options.systems or chosen.systems), options.threads,
-        tuple(options.tasks or ()), tuple(options.again),
+        options.output / options.scale, chosen, systems(options.systems or chosen.systems),
+        options.threads, tuple(options.tasks or ()), tuple(options.again),
     )  # fmt: skip
     runner.run(options.lamps or chosen.lamps)
+    return 0
 
 
 def systems(names: Sequence[str] | None) -> list[System]:

@@ -1,4 +1,4 @@
-"""What was measured: JSON lines, one a (lamp, system, task, samples)."""
+"""What was measured: JSON lines, one a (lamp, system, task, samples), a file for each lamp."""
 
 from __future__ import annotations
 
@@ -70,20 +70,27 @@ class Record:
 
 
 class Records:
-    """The lines of a file; later ones of a series with another key replace the earlier."""
+    """The lines of the lamps' files; later ones of a series with another key replace the earlier.
+
+    A lamp has a file of its own, so that several may be measured at once.
+    """
 
     def __init__(self, folder: Path) -> None:
-        self.path = folder / NAME
-        self.lines: list[Record] = []
-        if self.path.is_file():
-            self.lines = [r for t in self.path.read_text().splitlines() if (r := _read(t))]
+        self.folder = folder
+        texts = [path.read_text() for path in sorted(folder.glob(f"*/{NAME}"))]
+        self.lines = [r for text in texts for t in text.splitlines() if (r := _read(t))]
+
+    def path(self, lamp: str) -> Path:
+        """The file of a lamp."""
+        return self.folder / lamp / NAME
 
     def add(self, record: Record) -> None:
         """Append a line, which is on the disk when this returns."""
         self.lines.append(record)
-        self.path.parent.mkdir(parents=True, exist_ok=True)
-        whole = not self.path.is_file() or self.path.read_bytes()[-1:] in (b"\n", b"")
-        with open(self.path, "ab") as file:
+        path = self.path(record.lamp)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        whole = not path.is_file() or path.read_bytes()[-1:] in (b"\n", b"")
+        with open(path, "ab") as file:
             text = json.dumps(asdict(record), allow_nan=False, default=float)
             file.write((b"" if whole else b"\n") + text.encode() + b"\n")
             file.flush()

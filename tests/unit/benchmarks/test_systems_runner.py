@@ -49,9 +49,9 @@ def test_records_are_made_once_and_pictures_kept(runner: Runner) -> None:
     assert [r.last for r in found] == [False, True]
     assert found[1].cost["seconds"] == 3
     assert found[1].image(runner.folder).shape == (SIZE, SIZE, 3)
-    before = runner.records.path.read_bytes()
+    before = runner.records.path("ball").read_bytes()
     Runner(runner.folder, runner.scale, [Noisy()]).run(["ball"])
-    assert runner.records.path.read_bytes() == before
+    assert runner.records.path("ball").read_bytes() == before
     Runner(runner.folder, runner.scale, [Noisy()], again=("noisy",)).run(["ball"])
     assert len(Records(runner.folder).lines) == 4
     assert len(Records(runner.folder).current()) == 2
@@ -152,7 +152,7 @@ def test_a_cut_line_and_an_older_run_do_not_count(tmp_path: Path) -> None:
     records = Records(tmp_path)
     for key, samples in (("old", 1), ("old", 2), ("new", 1)):
         records.add(Record("a", "s", "t", key, samples=samples))
-    with open(records.path, "a") as file:
+    with open(records.path("a"), "a") as file:
         file.write('{"lamp": "a", "sys')
     again = Records(tmp_path)
     assert [(r.key, r.samples) for r in again.current()] == [("new", 1)]
@@ -160,7 +160,7 @@ def test_a_cut_line_and_an_older_run_do_not_count(tmp_path: Path) -> None:
     assert len(Records(tmp_path).current()) == 2
     assert Records(tmp_path).ended(("a", "s", "t"), "new")
     assert not Records(tmp_path).ended(("a", "s", "t"), "old")
-    text = records.path.read_text().splitlines()[0]
+    text = records.path("a").read_text().splitlines()[0]
     assert json.loads(text)["system"] == "s"
 
 
