@@ -104,6 +104,8 @@ class Subject:
             given = medium.find("float[@name='scale']")
             given = ET.SubElement(medium, "float", name="scale") if given is None else given
             given.set("value", f"{float(given.get('value', 1)) / larger:.9g}")
+        for height in root.findall(".//bsdf[@type='bumpmap']/float[@name='scale']"):
+            height.set("value", f"{float(height.attrib['value']) * larger:.9g}")
         moved = path.with_name(f"{path.stem}_placed.xml")
         atomic.write_bytes(moved, ET.tostring(root))
         scene = load_scene(moved, optimize=False)

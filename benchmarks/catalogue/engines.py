@@ -14,8 +14,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import os
-import signal
 import subprocess
 import sys
 import time
@@ -123,45 +121,45 @@ class Trial:
     scheduler: subprocess.Popen[bytes] | None = None
     workers: list[subprocess.Popen[bytes]] = field(default_factory=list)
     finished_before: dict[str, str] = field(default_factory=dict)
+    blows: list[str] = field(default_factory=lambda: ["worker", "worker", "scheduler", "worker"])
+    most_memory: float = 0.0
 
     def __call__(self) -> dict[str, Any]:
         """Figures of the trial."""
-        blows = [self.kill_worker, self.kill_worker, self.kill_scheduler, self.kill_worker]
-        at = [self.jobs * k // 6 for k in (1, 2, 3, 4)]
-        codes: list[int] = []
-        begun, memory = time.time(), 0.0
+        begun, codes = time.time(), list[int]()
         try:
             while (not codes or codes[-1]) and len(codes) < TRIES:
                 self.start()
-                client = self._begin(sys.executable, "-m", "benchmarks.catalogue.engines",
-                                     "--client", self.name, str(self.port), "--output",
-                                     str(self.folder), "--jobs", str(self.jobs))  # fmt: skip
-                limit = time.monotonic() + PATIENCE
-                while client.poll() is None and time.monotonic() < limit:
-                    if at and len(self.done()) >= at[0]:
-                        memory = memory or self.memory()
-                        self.finished_before |= self.done()
-                        at.pop(0)
-                        blows.pop(0)()
-                    time.sleep(POLL)
-                self._kill(client)
-                codes.append(client.returncode)
+                codes.append(self._attempt())
         finally:
             self.stop()
-        return self._figures(begun, memory, codes, len(blows))
-
-    def _figures(self, begun: float, memory: float, codes: list[int], left: int) -> dict[str, Any]:
         done = self.done()
         first = float((self.folder / "begun.txt").read_text().split()[1])
         return {
-            "jobs": self.jobs, "finished": len(done), "blows left": left, "exit codes": codes,
-            "begun": _lines(self.folder / "begun.txt"),
+            "jobs": self.jobs, "finished": len(done), "blows left": len(self.blows),
+            "exit codes": codes, "begun": _lines(self.folder / "begun.txt"),
             "finished ones asked for again": _lines(self.folder / "again.txt"),
             "done again": sum(done.get(n) != when for n, when in self.finished_before.items()),
             "seconds to the first job": round(first - begun, 1),
             "seconds": round(time.time() - begun, 1),
-            "MiB of scheduler and workers": round(memory / 2**20),
+            "MiB of scheduler and workers": round(self.most_memory / 2**20),
         }  # fmt: skip
+
+    def _attempt(self) -> int:
+        """The command once, with the blows that are due; its exit code."""
+        client = self._begin(
+            sys.executable, "-m", "benchmarks.catalogue.engines", "--client", self.name,
+            str(self.port), "--output", str(self.folder), "--jobs", str(self.jobs),
+        )  # fmt: skip
+        limit = time.monotonic() + PATIENCE
+        while client.poll() is None and time.monotonic() < limit:
+            if self.blows and len(self.done()) >= self.jobs * (5 - len(self.blows)) // 6:
+                self.most_memory = max(self.most_memory, self.memory())
+                self.finished_before |= self.done()
+                {"worker": self.kill_worker, "scheduler": self.stop}[self.blows.pop(0)]()
+            time.sleep(POLL)
+        self._kill(client)
+        return client.returncode
 
     def start(self) -> None:
         """Start what does not run."""
@@ -176,12 +174,8 @@ class Trial:
         self._kill(self.workers.pop(0))
         self.start()
 
-    def kill_scheduler(self) -> None:
-        """The scheduler; its workers are of no use then."""
-        self.stop()
-
     def stop(self) -> None:
-        """End everything."""
+        """End everything; workers are of no use without their scheduler."""
         for process in (self.scheduler, *self.workers):
             if process:
                 self._kill(process)
@@ -207,15 +201,11 @@ class Trial:
 
     @staticmethod
     def _kill(process: subprocess.Popen[bytes]) -> None:
-        """At once, and all that it started; the sessions are their own."""
-        for one in (
-            (*psutil.Process(process.pid).children(recursive=True),)
-            if (process.poll() is None)
-            else ()
-        ):
-            one.kill()
+        """At once, and all that it started, in whatever sessions."""
         if process.poll() is None:
-            os.killpg(process.pid, signal.SIGKILL)
+            for one in psutil.Process(process.pid).children(recursive=True):
+                one.kill()
+            process.kill()
         process.wait()
 
 

@@ -102,9 +102,7 @@ def _do(
             print(f"dashboard: {link}", file=sys.stderr)
         workers = len(client.scheduler_info(n_workers=-1)["workers"])
         progress = Progress(missing, workers)
-        needed = {key for job in missing for key in job.before.values()}
-        wanted = [job for key, job in jobs.items() if key not in found or key in needed]
-        for outcome in run(client, wanted, results.folder, logs):
+        for outcome in run(client, missing, results.folder, logs):
             found[outcome.job.key] = outcome
             progress.ended(outcome)
     return found

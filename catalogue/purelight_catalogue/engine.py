@@ -73,6 +73,9 @@ def _connect(client: Any, address: str) -> Any:
 def run(client: Any, jobs: Sequence[Job], results: Path, logs: Path) -> Iterator[Outcome]:
     """Do jobs; gives how each ended, as they end.
 
+    Arguments:
+        jobs: each behind those that it needs; one that is left out has its result already.
+
     Raises:
         PureLightError: the scheduler is lost; or no worker has the memory that a job needs.
     """
@@ -83,7 +86,7 @@ def run(client: Any, jobs: Sequence[Job], results: Path, logs: Path) -> Iterator
     for job in jobs:
         if job.key in futures:
             continue
-        before = [futures[key] for key in job.before.values()]
+        before = [futures[key] for key in job.before.values() if key in futures]
         needs = {MEMORY: job.gibibytes} | ({GPU: 1.0} if job.gpu else {})
         futures[job.key] = client.submit(
             perform, job, results, logs, 1, before, key=f"{job.stage}-{job.key}", resources=needs,

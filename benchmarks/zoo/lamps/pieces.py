@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import xml.etree.ElementTree as ET
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
@@ -48,6 +49,16 @@ class Finish:
     medium: Medium | None = None
     textures: Textures = field(default_factory=dict)
 
+    def placed(self, scale: float) -> ET.Element:
+        """The BSDF where a unit of length is `scale` metres: bumps have a height."""
+        element = copy.deepcopy(self.bsdf)
+        for bump in element.iter("bsdf"):
+            if bump.get("type") == "bumpmap":
+                height = bump.find("float[@name='scale']")
+                assert height is not None
+                height.set("value", f"{scale * float(height.attrib['value']):.9g}")
+        return element
+
 
 @dataclass(frozen=True)
 class Piece:
@@ -82,7 +93,7 @@ class Piece:
             shape = plugin("shape", self.form.kind, flip_normals=self.form.flipped)
             shape.append(transform(placement.matrix @ self.form.matrix))
         shape.set("id", self.name)
-        shape.append(self.finish.bsdf)
+        shape.append(self.finish.placed(placement.scale))
         if self.finish.medium is not None:
             medium = self.finish.medium.element(placement.scale)
             medium.set("name", "interior")

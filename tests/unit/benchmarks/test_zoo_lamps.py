@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import xml.etree.ElementTree as ET
 from collections import Counter
 from dataclasses import replace
 from pathlib import Path
@@ -182,6 +183,21 @@ def test_enlarged_lamps_are_the_same_in_proportion(tmp_path: Path) -> None:
         boxes.append(corners / (placement.scale * lamp.radius))
     np.testing.assert_allclose(boxes[0], boxes[1], atol=2e-6)
     assert np.abs(boxes[0]).max() <= 1.0001
+
+
+def test_bumps_are_as_high_in_proportion(tmp_path: Path) -> None:
+    """They have a height in metres, which a lamp that is made larger has to take along."""
+    numbers = [n for n in range(ROUND * 3) if family_of(1, n) == "balls"]
+    lamp = next(lamp for n in numbers if "bump" in (lamp := make(1, n)).description()["traits"])
+    heights = {}
+    for placement in (lamp.placement, enlarged(lamp, 20.0)):
+        root = ET.parse(lamp.write(tmp_path, placement)).getroot()
+        bumps = root.findall(".//bsdf[@type='bumpmap']/float[@name='scale']")
+        heights[placement.scale] = [float(bump.attrib["value"]) for bump in bumps]
+    small, large = (np.array(high) / scale for scale, high in heights.items())
+    assert len(small)
+    np.testing.assert_allclose(small, large, rtol=1e-6)
+    assert (small < 0.05 * lamp.radius).all()
 
 
 def test_turned_and_moved_lights_go_along() -> None:

@@ -38,6 +38,18 @@ def test_a_killed_worker_loses_nothing(exported: Exported, tmp_path: Path) -> No
     )
 
 
+def test_who_begins_again_asks_for_what_is_missing_alone(
+    exported: Exported, tmp_path: Path
+) -> None:
+    """Their jobs before, and those before these, are finished and not among them."""
+    results, work = exported
+    missing = [job for job in work["desk"] if job.stage == "check"]
+    with engine(1, None) as client:
+        (outcome,) = run(client, missing, results.folder, tmp_path / "logs")
+    assert outcome.fault == ""
+    assert results.done(missing[0])
+
+
 def test_a_job_too_large_for_any_worker_is_one_line(exported: Exported, tmp_path: Path) -> None:
     results, work = exported
     job = work["desk"][0]
