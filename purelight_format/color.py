@@ -19,3 +19,13 @@ def lumens(flux: Sequence[float] | np.ndarray) -> float:
     683
     """
     return float(LUMENS_PER_WATT * np.asarray(flux, np.float64) @ LUMINANCE)
+
+
+def lumens_words(value: float) -> str:
+    """Luminous flux for people: four digits, and no powers of ten while it is a lamp's.
+
+    >>> lumens_words(2.65), lumens_words(1607.2), lumens_words(4357912.0)
+    ('2.65 lm', '1,607 lm', '4,358,000 lm')
+    """
+    rounded = float(f"{value:.4g}")
+    return f"{rounded:,.0f} lm" if 1000 <= abs(rounded) < 1e12 else f"{rounded:.4g} lm"

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from purelight_format.bundle import Bundle
-from purelight_format.color import lumens
+from purelight_format.color import lumens, lumens_words
 from purelight_format.issues import plain
 from purelight_format.members import manifest
 from purelight_format.members.fidelity import fidelity_words
@@ -68,7 +68,7 @@ def _lamp(bundle: Bundle) -> list[str]:
     return [
         _line("size", f"{_length(2 * sphere.radius)} across; a sphere of radius {sphere.radius:.4g}"
                       f" m about ({center})"),
-        _line("light", f"{lumens(about.flux):.4g} lm; {flux} W (R, G, B){_color(about)}"),
+        _line("light", f"{lumens_words(lumens(about.flux))}; {flux} W (R, G, B){_color(about)}"),
         _line("radiance", f"{about.radiance_scale:.4g} W/(m2 sr) in the mean; trained to "
                           f"{about.r_max:g} radii ({_length(about.r_max * sphere.radius)}) away"),
         _line("exit surface", f"{len(surface.triangles):,} triangles, {_area(area)}"),

@@ -13,6 +13,7 @@ from urllib.parse import quote
 from purelight_catalogue.catalogue import Card
 from purelight_catalogue.index import card_json
 from purelight_format import atomic
+from purelight_format.color import lumens_words
 from purelight_train.runs.progress import duration
 
 SORTED = ("name", "lumens", "metres", "bytes", "seconds")
@@ -86,7 +87,7 @@ def _facts(lamp: Mapping[str, Any]) -> dict[str, str]:
         else {}
     )
     return {
-        "light": f"{lamp['lumens']:,.4g} lm",
+        "light": lumens_words(lamp["lumens"]),
         "size": f"{100 * lamp['metres']:.3g} cm across",
         "file": f"{lamp['bytes'] / 1e6:.2f} MB, {lamp['triangles']:,} triangles",
         "made in": f"{duration(lamp['seconds'])}, {lamp['gibibytes']:.1f} GiB",

@@ -180,7 +180,7 @@ def test_inspect_fits_on_one_screen(path: Path, capsys: pytest.CaptureFixture[st
     out = capsys.readouterr().out
     assert len(out.splitlines()) <= 30
     assert max(map(len, out.splitlines())) <= 120
-    for word in ("Octahedron", "20 cm across", "radius 0.1 m", "1607 lm; 4, 2, 1 W", "#FFBC89",
+    for word in ("Octahedron", "20 cm across", "radius 0.1 m", "1,607 lm; 4, 2, 1 W", "#FFBC89",
                  "yes         transparency", "be seen through", "octahedron.xml", "seed 7",
                  "relative_error 0.02", "0.05 uniform", Bundle.open(path).digest):  # fmt: skip
         assert word in out
