@@ -14,6 +14,8 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
+import signal
 import subprocess
 import sys
 import time
@@ -205,7 +207,7 @@ class Trial:
         if process.poll() is None:
             for one in psutil.Process(process.pid).children(recursive=True):
                 one.kill()
-            process.kill()
+            os.killpg(process.pid, signal.SIGKILL)
         process.wait()
 
 
