@@ -159,12 +159,15 @@ class Trial:
                 self.most_memory = max(self.most_memory, self.memory())
                 self.finished_before |= self.done()
                 {"worker": self.kill_worker, "scheduler": self.stop}[self.blows.pop(0)]()
+            if self.scheduler:
+                self.start()
             time.sleep(POLL)
         self._kill(client)
         return client.returncode
 
     def start(self) -> None:
-        """Start what does not run."""
+        """Start what does not run, or has ended by itself."""
+        self.workers = [worker for worker in self.workers if worker.poll() is None]
         if self.scheduler is None:
             self.scheduler = self._begin(*self.kind.scheduler(self.port))
             time.sleep(5)
