@@ -4,11 +4,10 @@
 
 Three scenes: a floor four radii below the lamp, with direct light alone; the closed matt room of
 the zoo with three bounces, of which pixels that see the lamp are left out; and the lamp itself in
-the dark. `plain` is the same mesh
-with an even emission of the same flux, Cycles' own. Seconds are those of the processor, on one
-thread, with all that a renderer does before the first sample; the Mitsuba runtime's are of a second
-rendering, its kernels kept. Noise is that of a pixel, relative to the mean; `at equal time`, times
-the root of the seconds. With --lamp the floor is light traced.
+the dark. `plain` is the same mesh with an even emission of the same flux, Cycles' own. Seconds are
+those of the processor, on one thread, with all that a renderer does before the first sample; the
+Mitsuba runtime's are of a second rendering, its kernels kept. Noise is that of a pixel, relative to
+the mean; `at equal time`, times the root of the seconds. With --lamp the floor is light traced.
 """
 
 from __future__ import annotations

@@ -29,6 +29,7 @@ import numpy as np
 from scipy import stats
 
 from benchmarks import finished_lamps
+from benchmarks.zoo.lamps.plugin import scale_bumps
 from purelight_format import atomic
 from purelight_format.bundle import Bundle
 from purelight_mitsuba import platform
@@ -104,8 +105,7 @@ class Subject:
             given = medium.find("float[@name='scale']")
             given = ET.SubElement(medium, "float", name="scale") if given is None else given
             given.set("value", f"{float(given.get('value', 1)) / larger:.9g}")
-        for height in root.findall(".//bsdf[@type='bumpmap']/float[@name='scale']"):
-            height.set("value", f"{float(height.attrib['value']) * larger:.9g}")
+        scale_bumps(root, larger)
         moved = path.with_name(f"{path.stem}_placed.xml")
         atomic.write_bytes(moved, ET.tostring(root))
         scene = load_scene(moved, optimize=False)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from benchmarks.zoo.lamps.forms import Mesh, Primitive
 from benchmarks.zoo.lamps.placement import Floats, Placement, apply
-from benchmarks.zoo.lamps.plugin import RGB, plugin, point, transform
+from benchmarks.zoo.lamps.plugin import RGB, plugin, point, scale_bumps, transform
 
 Pixels = NDArray[np.uint8]
 Textures = dict[str, Pixels]  # by file name, without folder
@@ -52,11 +52,7 @@ class Finish:
     def placed(self, scale: float) -> ET.Element:
         """The BSDF where a unit of length is `scale` metres: bumps have a height."""
         element = copy.deepcopy(self.bsdf)
-        for bump in element.iter("bsdf"):
-            if bump.get("type") == "bumpmap":
-                height = bump.find("float[@name='scale']")
-                assert height is not None
-                height.set("value", f"{scale * float(height.attrib['value']):.9g}")
+        scale_bumps(element, scale)
         return element
 
 

@@ -53,3 +53,12 @@ def _property(name: str, value: Value) -> ET.Element:
     if isinstance(value, str):
         return ET.Element("string", name=name, value=value)
     return ET.Element("float", name=name, value=f"{float(value):.9g}")
+
+
+def scale_bumps(element: ET.Element, factor: float) -> None:
+    """Make bump maps in an element higher: their height is a length, as the lamp's size is."""
+    for bsdf in element.iter("bsdf"):
+        if bsdf.get("type") == "bumpmap":
+            height = bsdf.find("float[@name='scale']")
+            height = ET.SubElement(bsdf, "float", name="scale") if height is None else height
+            height.set("value", f"{float(height.get('value', 1)) * factor:.9g}")

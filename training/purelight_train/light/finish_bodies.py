@@ -43,7 +43,8 @@ def with_bodies(
         return result, sides
     fit, surface = ScatterFit(luminaire), luminaire.exit_surface
     assert surface.source is not None
-    body_of, most = bodies(luminaire.scene), (LIMITS.finishes - len(made)) // len(clear)
+    body_of = bodies(luminaire.scene)
+    most = min(MOST, max(LIMITS.finishes - len(made), 0) // len(clear))
     for index in clear:
         finish, triangles = made[index], np.flatnonzero(sides[:, 0] == index)
         result[index] = whole = fit(finish, triangles, index)
@@ -77,7 +78,7 @@ def _parted(triangles: Indices, body_of: Indices, surface: ExitSurface) -> list[
     """Triangles [P] of an exit surface by their bodies [P]: the largest ones first."""
     label = np.unique(body_of, return_inverse=True)[1].ravel()
     order = np.argsort(-np.bincount(label, surface.triangle_area[triangles]), kind="stable")
-    return [triangles[label == k] for k in order[:MOST]]
+    return [triangles[label == k] for k in order]
 
 
 def _apart(a: Finish, b: Finish) -> float:
