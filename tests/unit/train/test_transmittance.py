@@ -95,6 +95,31 @@ def test_glass_turned_round(mitsuba: Any, part: float) -> None:
     assert (np.abs(usual[0] - turned[0]) < significant(len(RADII)) * error).all()
 
 
+def covered(mi: Any, cover: str) -> dict[str, Any]:
+    """Glass in a material that changes its normals, or has holes."""
+    if cover == "mask":
+        return {"type": "mask", "opacity": 0.3, "glass": {"type": "dielectric", "int_ior": N}}
+    name, texel = {"bumpmap": ("bumps", [0.5]), "normalmap": ("normalmap", [0.5, 0.5, 1.0])}[cover]
+    data = mi.TensorXf(np.tile(np.float32(texel), (4, 4, 1)))
+    glass = {"type": "dielectric", "int_ior": N}
+    return {"type": cover, name: {"type": "bitmap", "raw": True, "data": data}, "glass": glass}
+
+
+@pytest.mark.parametrize("cover", ["bumpmap", "normalmap", "mask"])
+def test_covered_glass_has_the_index_of_glass(mitsuba: Any, cover: str) -> None:
+    from purelight_train.light.interfaces import relative_index
+
+    assert relative_index(mitsuba.load_dict(covered(mitsuba, cover))) == pytest.approx(N, rel=1e-3)
+
+
+@pytest.mark.parametrize("part", RADII[1:])  # a sphere has no slopes at its very pole
+def test_glass_with_bumps_of_no_height(mitsuba: Any, part: float) -> None:
+    flat = {"ball": {"type": "sphere", "bsdf": covered(mitsuba, "bumpmap")}}
+    bumped, usual = through(mitsuba, flat, part), through(mitsuba, {"ball": ball(1.0)}, part)
+    error = np.hypot(usual[1], bumped[1])
+    assert (np.abs(usual[0] - bumped[0]) < significant(len(RADII)) * error).all()
+
+
 @pytest.mark.parametrize("part", RADII)
 def test_thin_and_tinted_glass(mitsuba: Any, part: float) -> None:
     tint = np.array([0.9, 0.6, 0.3])

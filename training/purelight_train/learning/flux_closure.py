@@ -28,7 +28,7 @@ def escaping_flux(
     rng: np.random.Generator,
     *,
     precision: float = 1.5e-3,
-    most: int = 1 << 22,
+    most: int = 1 << 24,
     visit: Visitor = lambda direction, power: None,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     r"""Flux of the rays that leave the surface and do not meet it again.

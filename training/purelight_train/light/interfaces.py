@@ -42,6 +42,7 @@ def relative_index(bsdf: mi.BSDF) -> float:
     si.n = mi.Normal3f(0, 0, 1)
     si.sh_frame = mi.Frame3f(mi.Vector3f(0, 0, 1))
     si.initialize_sh_frame()
+    si.dp_du, si.dp_dv = mi.Vector3f(1, 0, 0), mi.Vector3f(0, 1, 0)  # bumps have slopes along these
     sampler = mi.load_dict({"type": "independent"})
     sampler.seed(0, PROBES)
     sample, weight = bsdf.sample(
@@ -49,5 +50,5 @@ def relative_index(bsdf: mi.BSDF) -> float:
     )
     columns = (mi.Frame3f.cos_theta(sample.wo), dr.max(weight), sample.eta)
     cosine, power, eta = (np.broadcast_to(np.array(c), PROBES) for c in columns)
-    refracted = eta[(cosine < 0) & (power > 0)]
+    refracted = eta[(cosine < 0) & (power > 0) & (eta != 1)]  # holes of a mask refract nothing
     return float(np.median(refracted)) if len(refracted) else 1.0
