@@ -97,11 +97,11 @@ def test_glass_turned_round(mitsuba: Any, part: float) -> None:
 
 def covered(mi: Any, cover: str) -> dict[str, Any]:
     """Glass in a material that changes its normals, or has holes."""
+    glass = ball(1.0)["bsdf"]
     if cover == "mask":
-        return {"type": "mask", "opacity": 0.3, "glass": {"type": "dielectric", "int_ior": N}}
+        return {"type": "mask", "opacity": 0.3, "glass": glass}
     name, texel = {"bumpmap": ("bumps", [0.5]), "normalmap": ("normalmap", [0.5, 0.5, 1.0])}[cover]
     data = mi.TensorXf(np.tile(np.float32(texel), (4, 4, 1)))
-    glass = {"type": "dielectric", "int_ior": N}
     return {"type": cover, name: {"type": "bitmap", "raw": True, "data": data}, "glass": glass}
 
 

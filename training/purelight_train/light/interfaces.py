@@ -40,9 +40,8 @@ def relative_index(bsdf: mi.BSDF) -> float:
     si = dr.zeros(mi.SurfaceInteraction3f, PROBES)
     si.wi = mi.Vector3f(0, 0, 1)
     si.n = mi.Normal3f(0, 0, 1)
-    si.sh_frame = mi.Frame3f(mi.Vector3f(0, 0, 1))
-    si.initialize_sh_frame()
-    si.dp_du, si.dp_dv = mi.Vector3f(1, 0, 0), mi.Vector3f(0, 1, 0)  # bumps have slopes along these
+    x, y = mi.Vector3f(1, 0, 0), mi.Vector3f(0, 1, 0)  # bumps have slopes along these
+    si.sh_frame, si.dp_du, si.dp_dv = mi.Frame3f(x, y, mi.Vector3f(0, 0, 1)), x, y
     sampler = mi.load_dict({"type": "independent"})
     sampler.seed(0, PROBES)
     sample, weight = bsdf.sample(
