@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from purelight_format.errors import PureLightError
 from purelight_format.members.manifest import LARGEST, SMALLEST
 from purelight_mitsuba.scene_file import load_scene
+from purelight_train.light import vertex_normals
 from purelight_train.light.emission import Emission
 from purelight_train.light.exit_records import ExitRecords
 from purelight_train.light.exit_surface import ExitSurface, inward_rays, visible_part
@@ -152,6 +153,7 @@ def _load_scene(path: Path) -> mi.Scene:
         raise PureLightError(f"{path}: not a Mitsuba 3 scene: {reason[-300:]}") from None
     if not isinstance(scene, mi.Scene):
         raise PureLightError(f"{path}: the file holds no <scene>; wrap the lamp's shapes in one")
+    vertex_normals.settle(scene)
     return scene
 
 
