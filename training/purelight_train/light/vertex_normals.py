@@ -21,6 +21,7 @@ def settle(scene: mi.Scene) -> None:
     dr.set_thread_count(1)
     try:
         for shape in scene.shapes():
+            # Rectangles call themselves meshes, without any
             if "vertex_normals" in mi.traverse(shape) and not shape.has_face_normals():
                 _settle_mesh(shape)
     finally:
@@ -32,7 +33,6 @@ def _settle_mesh(mesh: mi.Mesh) -> None:
     mesh.recompute_vertex_normals()
     parameters = mi.traverse(mesh)
     found = np.array(parameters["vertex_normals"]).reshape(-1, 3)
-    other = (np.abs(found - stated) > ROUNDING).any(1)
-    normals = np.where(other[:, None], stated, found)
-    parameters["vertex_normals"] = mi.Float(np.ascontiguousarray(normals, np.float32).ravel())
+    other = (np.abs(found - stated) > ROUNDING).any(1, keepdims=True)
+    parameters["vertex_normals"] = mi.Float(np.where(other, stated, found).ravel())
     parameters.update()
