@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from torch import Tensor
+from torch import Tensor, nn
 
 from purelight_export.encodings import Features, harmonics, join, mlp, one_blob
 from purelight_export.flow import flow_density, flow_sample
@@ -19,7 +20,7 @@ from purelight_train.networks.encodings import GridEncoding
 from purelight_train.networks.fast_map import BLOCKS, CELLS, MOST_TINT, SIDE, SIZE, FastMap
 from purelight_train.networks.point_encoding import ANGLE_BINS, PointEncoding
 from purelight_train.networks.sampler import UNIFORM_FRACTION, Sampler
-from purelight_train.networks.student import Student
+from purelight_train.networks.student import LEAST_LOG, MAX_LOG, Student
 from purelight_train.networks.surface_network import SurfaceNetwork, refracted
 from purelight_train.networks.transparency import Transparency
 from purelight_train.presets import Preset
@@ -93,8 +94,7 @@ def fast_map(network: FastMap, *, compact: bool = False) -> bytes:
 
 def _tinted(graph: Graph, context: Features, network: FastMap, gain: np.ndarray) -> Value:
     """Brightness times tint times gain of each channel and cell, see `FastMap.value`."""
-    x, y = graph.split(mlp(graph, [context], network.network), [CELLS, 3 * BLOCKS])
-    brightness = _raised(graph, x, network.ceiling)
+    brightness, (y,) = _cells(graph, context, network, network.ceiling)
     raw = graph.split(graph.exp(graph.clip(y, -MOST_TINT, MOST_TINT)), 3 * [BLOCKS])
     red, green, blue = (tint * float(w) for tint, w in zip(raw, network.share, strict=True))
     total = red + green + blue
@@ -105,9 +105,16 @@ def _tinted(graph: Graph, context: Features, network: FastMap, gain: np.ndarray)
     return rows * graph.reshape(wide, 3, SIDE, 1, SIZE)
 
 
-def _raised(graph: Graph, log: Value, ceiling: Tensor) -> Value:
-    """exp(log) - 1 with log neither below zero nor above its ceiling, one number."""
-    return graph.exp(graph.clip(log, 0.0, float(ceiling))) - 1.0
+def _cells(
+    graph: Graph, features: Features, network: FastMap, ceiling: Tensor
+) -> tuple[Value, list[Value]]:
+    """Brightness of every cell, no more than its ceiling, and the outputs of tints if any."""
+    raw = mlp(graph, [features], network.network)
+    x, *y, s = graph.split(raw, [n for n in (CELLS, network.tints, 1) if n])
+    level = s + mlp(graph, [features], nn.Sequential(network.level))
+    level = graph.clip(level, LEAST_LOG, MAX_LOG) + math.log(CELLS)
+    least, most = math.exp(LEAST_LOG), math.exp(float(ceiling))
+    return graph.clip(graph.softmax(x) * graph.exp(level), least, most), y
 
 
 def _channel_by_channel(graph: Graph, context: Features, network: FastMap) -> Value:
@@ -116,8 +123,7 @@ def _channel_by_channel(graph: Graph, context: Features, network: FastMap) -> Va
     maps = []
     for channel in np.flatnonzero(channels) if channels.any() else [0]:
         one_hot = Features(context.value, *_with_constant(context, np.eye(3)[channel]))
-        log = mlp(graph, [one_hot], network.network)
-        maps.append(_raised(graph, log, network.ceiling[channel]))
+        maps.append(_cells(graph, one_hot, network, network.ceiling[channel])[0])
     present = np.cumsum(channels > 0).clip(1) - 1
     return graph.concat([maps[int(k)] for k in present])
 

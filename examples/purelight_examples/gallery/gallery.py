@@ -16,6 +16,8 @@ from purelight_examples.luminaires.catalog import CATALOG
 from purelight_examples.scenes.interiors import INTERIORS
 from purelight_format.errors import PureLightError
 
+BAR = "{desc} {n}/{total} |{bar:20}| {elapsed}"
+
 
 @dataclass(frozen=True)
 class Gallery:
@@ -74,11 +76,11 @@ class Gallery:
             for n in self.rooms
         ]
         failed: list[Outcome] = []
-        with tqdm(total=len(tasks), bar_format="{desc} {n}/{total} |{bar:20}| {elapsed}") as bar:
-            for task in tasks:
+        with tqdm(total=len(tasks), bar_format=BAR, disable=None) as bar:  # no bar in a log
+            for number, task in enumerate(tasks, 1):
                 outcome = self._blocked(task, failed) or task(bar)
                 failed += [outcome] if outcome.fault else []
-                tqdm.write(f"[{bar.n + 1}/{len(tasks)}] {line(outcome, self._figures(outcome))}")
+                tqdm.write(f"[{number}/{len(tasks)}] {line(outcome, self._figures(outcome))}")
                 bar.update()
             bar.set_description_str("the sheet and the page")
             self._show(failed)

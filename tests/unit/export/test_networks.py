@@ -224,8 +224,8 @@ def test_fast_map(
     preset = replace(preset, fast_map_one_hot=one_hot)
     network = wild(FastMap, description, preset)
     with torch.no_grad():
-        value = network.value(torch.from_numpy(point), 0.0, network.ceiling).flatten(0, 1)
-        network.ceiling.copy_(torch.log1p(network.brightness(value))[::97].quantile(0.9, 0))
+        value = network.value(torch.from_numpy(point), network.ceiling).flatten(0, 1)
+        network.ceiling.copy_(torch.log(network.brightness(value))[::97].quantile(0.9, 0))
     model = networks.fast_map(network, compact=compact)
     result = Session(model)({"point": point})["radiance_map"]
     with torch.no_grad():

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import torch
 from torch import Tensor, nn
@@ -10,7 +12,7 @@ from purelight_format.color import LUMINANCE
 from purelight_train.light.description import Description
 from purelight_train.networks.encodings import MLP
 from purelight_train.networks.point_encoding import PointEncoding
-from purelight_train.networks.student import MAX_LOG
+from purelight_train.networks.student import LEAST_LOG, MAX_LOG
 from purelight_train.presets import Preset
 
 SIZE = 16
@@ -18,6 +20,7 @@ CELLS = SIZE * SIZE
 SIDE = 4  # blocks to a side of the map, and cells to a side of a block
 BLOCKS = SIDE * SIDE
 MOST_TINT = 10.0  # of its logarithm
+OF_SUM = 4.0  # weight of a map's sum against its cells
 DIM = 0.1  # of the usual mean of maps; darker ones count no more
 
 
@@ -42,8 +45,10 @@ class FastMap(nn.Module):
         self.encoding = PointEncoding(description, preset.point_grid)
         self.one_hot = preset.fast_map_one_hot
         size = preset.fast_map_network
-        inputs, outputs = (3, CELLS) if self.one_hot else (0, CELLS + 3 * BLOCKS)
-        self.network = MLP(self.encoding.size + inputs, outputs, size.width, size.depth)
+        inputs, self.tints = (3, 0) if self.one_hot else (0, 3 * BLOCKS)
+        inputs += self.encoding.size
+        self.network = MLP(inputs, CELLS + self.tints + 1, size.width, size.depth)
+        self.level = nn.Linear(inputs, 1)
         self.register_buffer("scale", torch.tensor(description.channel_scale), persistent=False)
         present = np.array(description.channels, np.float32)
         luminance = LUMINANCE * (present if present.any() else 1)
@@ -53,35 +58,48 @@ class FastMap(nn.Module):
         self.register_buffer("gain", torch.ones(3))
         self.register_buffer("ceiling", torch.full((3 if self.one_hot else 1,), MAX_LOG))
 
-    def value(self, point: Tensor, least: float, most: float | Tensor) -> Tensor:
+    def value(self, point: Tensor, most: float | Tensor) -> Tensor:
         r"""Radiance over scale and gain: [N, 3] -> [N, 256, 3].
 
-        With `one_hot` :math:`e^x - 1`, x the network's output for a channel; else brightness b
-        times tint t of x, an output for each cell, and y, one for each block and channel,
+        A level times a shape, so that what is learned of one leaves the other as it is:
 
-        .. math:: v_c = b\,t_c, \quad b = e^x - 1, \quad t_c = e^{y_c} / \sum_j w_j e^{y_j}
+        .. math:: b_k = 256\,e^s\,\frac{e^{x_k}}{\sum_j e^{x_j}}
+
+        with x the network's output for each cell, and s its last one and a linear function of its
+        input. With `one_hot` this is the radiance of a channel; else it is the brightness of all,
+        times a tint of y, an output for each block and channel,
+
+        .. math:: v_c = b\,t_c, \quad t_c = e^{y_c} / \sum_j w_j e^{y_j}
 
         with w the channels' `share` in luminance, so that :math:`\sum_c w_c v_c = b`.
 
         Arguments:
-            least, most: what x is limited to.
+            most: what log b is limited to; it is never below `LEAST_LOG`.
         """
         context = self.encoding(point)
         if self.one_hot:
-            return torch.expm1(_limited(self._by_channel(context), least, most))
-        x, y = self.network(context).split([CELLS, 3 * BLOCKS], -1)
+            return self._by_channel(context, most)
+        b, y = self._cells(context, most)
         # [N, channel, row of blocks, row in it, column]
-        brightness = torch.expm1(_limited(x, least, most)).view(-1, 1, SIDE, SIDE, SIZE)
+        brightness = b.view(-1, 1, SIDE, SIDE, SIZE)
         tint = self._tint(y).view(-1, 3, SIDE, 1, SIDE).repeat_interleave(SIDE, -1)
         return (brightness * tint).view(-1, 3, CELLS).transpose(1, 2)
 
-    def _by_channel(self, context: Tensor) -> Tensor:
+    def _by_channel(self, context: Tensor, most: float | Tensor) -> Tensor:
+        limits = torch.as_tensor(most, dtype=context.dtype, device=context.device).expand(3)
         outputs = []
-        for channel in range(3):
+        for channel, limit in enumerate(limits):
             one_hot = torch.zeros(len(context), 3, dtype=context.dtype, device=context.device)
             one_hot[:, channel] = 1
-            outputs.append(self.network(torch.cat((context, one_hot), -1)))
+            outputs.append(self._cells(torch.cat((context, one_hot), -1), limit)[0])
         return torch.stack(outputs, -1)
+
+    def _cells(self, features: Tensor, most: float | Tensor) -> tuple[Tensor, Tensor]:
+        """Brightness of every cell, [N, 256], and what is left of the network's output."""
+        x, y, s = self.network(features).split([CELLS, self.tints, 1], -1)
+        level = (s + self.level(features)).clamp(LEAST_LOG, MAX_LOG)
+        log = level + math.log(CELLS) + torch.log_softmax(x, -1)
+        return torch.exp(log.clamp(min=LEAST_LOG).clamp(max=most)), y
 
     def _tint(self, y: Tensor) -> Tensor:
         """Of every block: [N, 3 * 16] -> [N, 3, 16]."""
@@ -94,31 +112,30 @@ class FastMap(nn.Module):
 
     def forward(self, point: Tensor) -> Tensor:
         """Radiance map in W/(m² sr): [N, 3] -> [N, 16, 16, 3]."""
-        value = self.value(point, 0.0, self.ceiling)
+        value = self.value(point, self.ceiling)
         return (value * (self.scale * self.gain * self.channels)).view(-1, SIZE, SIZE, 3)
 
     def loss(self, point: Tensor, radiance: Tensor) -> Tensor:
-        r"""Square errors of cells, and of the sum of a map, relative to its mean.
+        r"""Poisson deviance of cells, and of a map's sum (McCullagh & Nelder 1989).
 
-        .. math:: E_p\big[(E_k[(v_k - L_k)^2] / 256 + E_k[v_k^+ - L_k]^2) / m^2\big]
+        .. math:: E_p\big[(E_k[D(L_k, v_k)] + 4 D(E_k[L_k], E_k[v_k])) / m\big],
+            \quad D(L, v) = L \log(L / v) - L + v
 
-        with L an estimate of each cell k of a point p, v the map, clipped at zero in the second
-        term, and m its own mean, through which no gradient goes, so that the least is at the mean
-        of L (the paper's loss has the first term with m = 1). Few bright views or cells would
-        outweigh all others, dark cells that stray to both sides of zero would add light, and what
-        lights a surface is the sum.
+        with L an estimate of each cell k of a point p, v the map and m its own mean, through which
+        no gradient goes, so that the least is at the mean of L. The first term is the deviance of
+        the sum and, in nats, the Kullback-Leibler divergence of the shape; the second weighs the
+        sum, which is what lights a surface that faces the lamp. The paper's square error of cells
+        has its least there too, but of a filament that one sample in a hundred meets it learns
+        the average over all views alone: its gradient is the noise of the few brightest samples.
 
         Arguments:
             point: [N, 3].
             radiance: [N, 256, 3], an estimate of each cell without bias.
         """
-        # Not clipped below: a cell that strayed under zero would have no gradient to come back
-        value = self.value(point, -MAX_LOG, MAX_LOG)
-        lit, target = value.clamp(min=0), radiance / self.scale
-        usual = DIM * target.mean((0, 1)) + 1e-30
-        weight = self.channels / (lit.detach().mean(1, keepdim=True) + usual) ** 2
-        of_mean = (lit - target).mean(1, keepdim=True)
-        return (((value - target) ** 2 / CELLS + of_mean**2) * weight).mean()
+        value, target = self.value(point, MAX_LOG), radiance / self.scale
+        mean = value.detach().mean(1, keepdim=True) + DIM * target.mean((0, 1)) + 1e-30
+        sums = _deviance(target.mean(1, keepdim=True), value.mean(1, keepdim=True))
+        return ((_deviance(target, value) + OF_SUM * sums) / mean * self.channels).mean()
 
     @torch.no_grad()
     def close_power(self, point: Tensor, radiance: Tensor) -> None:
@@ -128,7 +145,7 @@ class FastMap(nn.Module):
         over all views would be those of the few brightest.
         """
         brightest = self.brightness(radiance / self.scale).amax((0, 1))
-        self.ceiling.copy_(torch.log1p(brightest).clamp(max=MAX_LOG))
+        self.ceiling.copy_(torch.log(brightest).clamp(LEAST_LOG, MAX_LOG))
         told = torch.cat([self(part).mean((1, 2)) for part in point.split(1024)])
         true = radiance.mean(1)
         weight = 1 / (told + DIM * told.mean(0) + 1e-30)
@@ -136,6 +153,6 @@ class FastMap(nn.Module):
         self.gain *= torch.where(known > 0, total / known, torch.ones_like(known))
 
 
-def _limited(x: Tensor, least: float, most: float | Tensor) -> Tensor:
-    """No less than `least`, no more than `most`; the latter may be of each channel."""
-    return torch.minimum(x.clamp(min=least), torch.as_tensor(most, dtype=x.dtype, device=x.device))
+def _deviance(target: Tensor, value: Tensor) -> Tensor:
+    """Half the deviance of a Poisson variable: zero where both agree, else above."""
+    return torch.xlogy(target, target) - torch.xlogy(target, value) - target + value

@@ -9,6 +9,8 @@ from typing import Any
 
 from tqdm import tqdm
 
+IN_LOG = 60.0  # seconds between two states where nobody watches
+
 
 def duration(seconds: float) -> str:
     """Seconds as people say them."""
@@ -35,7 +37,7 @@ class Bar:
             unit=unit,
             unit_scale=True,
             file=sys.stderr,
-            mininterval=0.5,
+            mininterval=0.5 if sys.stderr.isatty() else IN_LOG,
             dynamic_ncols=True,
         )
         self.finished, self.start = finished, time.monotonic()

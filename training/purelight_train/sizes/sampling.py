@@ -43,7 +43,7 @@ class SamplerSizes:
 
     A candidate is near enough if it loses less than `target` against the run's own network on
     directions that neither learned: for the sampler in nats, which is about half of what the
-    relative variance of its weights grows by; for the fast map as a part of its square error.
+    relative variance of its weights grows by; for the fast map in nats of the cells' light.
     """
 
     training: Training
@@ -113,11 +113,11 @@ class SamplerSizes:
     def _fast_map(self, preset: Preset) -> tuple[Preset, FastMap]:
         own, size = self.training.network(trained.FAST_MAP), self.training.preset.fast_map_network
         held_out = self._maps(self.held_out)
-        bound = _square_error(own, held_out) * (1 + self.target)
+        bound = _deviance(own, held_out) + self.target
         for width in narrower(size.width):
             sized = replace(preset, fast_map_network=MLPSize(width, DEPTH), fast_map_one_hot=False)
             network = self._trained_map(sized)
-            if _square_error(network, held_out) <= bound:
+            if _deviance(network, held_out) <= bound:
                 return sized, network
         return preset, own
 
@@ -136,8 +136,8 @@ class SamplerSizes:
 
 
 @torch.no_grad()
-def _square_error(fast_map: FastMap, held_out: tuple[Tensor, ...]) -> float:
-    """Mean square error of a map over held-out estimates, whose noise is part of it."""
+def _deviance(fast_map: FastMap, held_out: tuple[Tensor, ...]) -> float:
+    """Of a map over held-out estimates, in nats; their noise adds the same to every map's."""
     return float(fast_map.loss(*held_out))
 
 
