@@ -66,11 +66,12 @@ def _lamp(bundle: Bundle) -> list[str]:
     flux = ", ".join(f"{x:.4g}" for x in about.flux)
     area = surface.area().sum()
     return [
-        _line("size", f"{_length(2 * sphere.radius)} across; a sphere of radius {sphere.radius:.4g}"
-                      f" m about ({center})"),
+        _line("size", f"{length_words(2 * sphere.radius)} across; a sphere of radius "
+                      f"{sphere.radius:.4g} m about ({center})"),
         _line("light", f"{lumens_words(lumens(about.flux))}; {flux} W (R, G, B){_color(about)}"),
         _line("radiance", f"{about.radiance_scale:.4g} W/(m2 sr) in the mean; trained to "
-                          f"{about.r_max:g} radii ({_length(about.r_max * sphere.radius)}) away"),
+                          f"{about.r_max:g} radii ({length_words(about.r_max * sphere.radius)}) "
+                          "away"),
         _line("exit surface", f"{len(surface.triangles):,} triangles, {_area(area)}"),
         *_finishes(about.finishes),
     ]  # fmt: skip
@@ -188,7 +189,8 @@ def _line(title: str, text: str) -> str:
     return f"{title:<{WIDTH}}{text[:120]}".rstrip()
 
 
-def _length(metres: float) -> str:
+def length_words(metres: float) -> str:
+    """A length in centimetres where these are few digits, else in metres."""
     small = 1e-3 <= metres < 1
     return f"{100 * metres:.3g} cm" if small else f"{metres:.4g} m"
 

@@ -14,6 +14,7 @@ from purelight_catalogue.catalogue import Card
 from purelight_catalogue.index import card_json
 from purelight_format import atomic
 from purelight_format.color import lumens_words
+from purelight_format.summary import length_words
 from purelight_train.runs.progress import duration
 
 SORTED = ("name", "lumens", "metres", "bytes", "seconds")
@@ -88,7 +89,7 @@ def _facts(lamp: Mapping[str, Any]) -> dict[str, str]:
     )
     return {
         "light": lumens_words(lamp["lumens"]),
-        "size": f"{100 * lamp['metres']:.3g} cm across",
+        "size": f"{length_words(lamp['metres'])} across",
         "file": f"{lamp['bytes'] / 1e6:.2f} MB, {lamp['triangles']:,} triangles",
         "made in": f"{duration(lamp['seconds'])}, {lamp['gibibytes']:.1f} GiB",
         **known,
