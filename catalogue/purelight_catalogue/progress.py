@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Sequence
 
 from purelight_catalogue.jobs import Job
@@ -27,37 +27,36 @@ class Progress:
     """
 
     def __init__(self, jobs: Sequence[Job], workers: int) -> None:
-        self.left = {job.key: job for job in jobs}
-        self.total, self.workers = len(self.left), max(workers, 1)
-        self.taken: dict[str, list[float]] = defaultdict(list)
+        self.left = Counter(job.stage for job in jobs)
+        self.total, self.workers = len(jobs), max(workers, 1)
+        self.done = Counter[str]()
+        self.seconds = defaultdict[str, float](float)
         self.begun = time.monotonic()
-        self.found = self.failed = 0
 
     def ended(self, outcome: Outcome) -> None:
         """Count a job, and say so if it was done now."""
-        self.left.pop(outcome.job.key, None)
-        self.failed += bool(outcome.fault)
+        self.left[outcome.job.stage] -= 1
         if not outcome.fault:
-            self.taken[outcome.job.stage].append(outcome.seconds)
+            self.done[outcome.job.stage] += 1
+            self.seconds[outcome.job.stage] += outcome.seconds
         if not outcome.fresh:
-            self.found += 1
             return
         said = f"FAILED: {outcome.fault}" if outcome.fault else duration(outcome.seconds)
-        print(f"[{self.total - len(self.left)}/{self.total}] {outcome.job.title}: {said}"
+        print(f"[{self.total - self.left.total()}/{self.total}] {outcome.job.title}: {said}"
               f"{self._remaining()}", file=sys.stderr, flush=True)  # fmt: skip
 
     def _remaining(self) -> str:
-        if not self.left:
+        if not self.left.total():
             return f"; all done in {duration(time.monotonic() - self.begun)}"
-        seconds = sum(self._mean(job.stage) for job in self.left.values()) / self.workers
-        return f"; about {duration(seconds)} left"
+        seconds = sum(number * self._mean(stage) for stage, number in self.left.items())
+        return f"; about {duration(seconds / self.workers)} left"
 
     def _mean(self, stage: str) -> float:
-        """Seconds of a stage: what is expected counts as one job seen, scaled by the others."""
-        if self.taken[stage]:
-            return sum(self.taken[stage]) / len(self.taken[stage])
-        known = [s for s, times in self.taken.items() if times]
+        """Seconds of a stage: its own so far, or what is expected, scaled as the others'."""
+        if self.done[stage]:
+            return self.seconds[stage] / self.done[stage]
+        known = [s for s, number in self.done.items() if number]
         if not known:
             return EXPECTED[stage]
-        scale = sum(self._mean(s) for s in known) / sum(EXPECTED[s] for s in known)
+        scale = sum(map(self._mean, known)) / sum(EXPECTED[s] for s in known)
         return scale * EXPECTED[stage]
