@@ -225,6 +225,23 @@ def encode_point(point: A, sphere: BoundingSphere, r_max: float) -> tuple[A, A]:
     return place, xp.asin(1.0 / ratio) * (2 / math.pi)
 
 
+def log_distance(point: A, sphere: BoundingSphere, r_max: float) -> A:
+    r"""Distance from the sphere's centre, :math:`\ln(d/R) / \ln r_{max}` with d as in Eq. 7: [N].
+
+    Arguments:
+        point: [N, 3] in metres.
+        sphere: the bounding sphere.
+        r_max: the farthest distance in radii.
+
+    Returns:
+        from 0 on the sphere and inside to 1 at r_max and beyond.
+    """
+    xp = namespace(point)
+    _, distance = _radial(point, sphere)
+    share: A = xp.log(xp.clip(distance, 1.0, r_max)) * (1.0 / math.log(r_max))
+    return share
+
+
 def area_to_solid_angle(pdf_area: A, point: A, position: A, normal: A) -> A:
     """`pdf_solid_angle` at a point of a density per area where its ray ends (Eq. 8): [N] in 1/sr.
 

@@ -1,13 +1,14 @@
 """What `purelight-catalogue` saves and survives.
 
 python -m benchmarks.catalogue --output out/catalogue [--lamps 60] [--preset sketch] [--seed 1]
-    [--trials speed faults broken]
+    [--trials speed faults broken thousands] [--thousands 10000]
 
 `speed`: lamps of the zoo by one worker and by two, one after the other: seconds, memory of all
 processes, digests. `faults`: the same by a scheduler and two workers in processes of their own; a
 worker is killed three times and the scheduler once, and the command begun again: what was done
 twice, and the digests beside those of `speed`. `broken`: a few lamps with ten broken ones among
-them, and what is said of each. Results are OUTPUT/catalogue-trials.json.
+them, and what is said of each. `thousands`: what the catalogue itself takes where every lamp is
+there already. Results are OUTPUT/catalogue-trials.json.
 """
 
 from __future__ import annotations
@@ -21,11 +22,12 @@ from typing import Any
 
 from benchmarks.catalogue.faults import Blows, Cluster, digests
 from benchmarks.catalogue.lamps import write_broken, write_lamps, write_table
+from benchmarks.catalogue.thousands import thousands
 from benchmarks.catalogue.watch import catalogue, watch
 from purelight_format import atomic
 from purelight_format.errors import PureLightError
 
-TRIALS = ("speed", "faults", "broken")
+TRIALS = ("speed", "faults", "broken", "thousands")
 WORKERS = 2
 FEW = 3
 Figures = dict[str, Any]
@@ -40,6 +42,7 @@ def main() -> int:
     add("--seed", type=int, default=1, help="of the zoo")
     add("--preset", default="sketch")
     add("--trials", nargs="+", choices=TRIALS, default=TRIALS)
+    add("--thousands", type=int, default=10_000, help="lamps that are there already")
     options = parser.parse_args()
     try:
         good = [_trial(name, options) for name in TRIALS if name in options.trials]
@@ -53,7 +56,9 @@ def _trial(name: str, options: argparse.Namespace) -> bool:
     folder, report = options.output / name, options.output / "catalogue-trials.json"
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
-    figures = {"speed": speed, "faults": faults, "broken": broken}[name](folder, options)
+    figures = {"speed": speed, "faults": faults, "broken": broken, "thousands": _thousands}[name](
+        folder, options
+    )
     known = json.loads(report.read_text()) if report.is_file() else {}
     asked = {"lamps": options.lamps, "preset": options.preset, "seed": options.seed}
     known[name] = asked | figures
@@ -136,6 +141,11 @@ def broken(folder: Path, options: argparse.Namespace) -> Figures:
         "as it ought to be": ended.code == 1 and there == set(names)
         and set(reasons) == set(wrong) and all(reasons.values()),
     }  # fmt: skip
+
+
+def _thousands(folder: Path, options: argparse.Namespace) -> Figures:
+    """More lamps than anyone makes for a trial."""
+    return thousands(folder, options.thousands, options.seed, options.preset)
 
 
 if __name__ == "__main__":

@@ -14,10 +14,27 @@ from purelight_export.encodings import Features, harmonics, join, mlp, one_blob
 from purelight_export.flow import flow_density, flow_sample
 from purelight_export.graph import Graph, Value
 from purelight_export.grid import grid
-from purelight_format.measures import Cap, cap, cap_to_direction, direction_to_cap, encode_point
+from purelight_format.measures import (
+    Cap,
+    cap,
+    cap_to_direction,
+    direction_to_cap,
+    encode_point,
+    log_distance,
+)
 from purelight_train.light.description import Description
 from purelight_train.networks.encodings import GridEncoding
-from purelight_train.networks.fast_map import BLOCKS, CELLS, MOST_TINT, SIDE, SIZE, FastMap
+from purelight_train.networks.fast_map import (
+    BLOCKS,
+    CELLS,
+    KNOTS,
+    MOST_GAIN,
+    MOST_TINT,
+    SIDE,
+    SIZE,
+    FastMap,
+    hats,
+)
 from purelight_train.networks.point_encoding import ANGLE_BINS, PointEncoding
 from purelight_train.networks.sampler import UNIFORM_FRACTION, Sampler
 from purelight_train.networks.student import LEAST_LOG, MAX_LOG, Student
@@ -82,23 +99,39 @@ def sampler_pdf(network: Sampler, *, compact: bool = False) -> bytes:
 def fast_map(network: FastMap, *, compact: bool = False) -> bytes:
     """point [N, 3] -> radiance_map [N, 16, 16, 3] in W/(m² sr)."""
     graph = Graph("fast_map")
-    _, context = _point(graph, graph.input("point", 3), network.encoding, compact=compact)
-    gain = (network.gain.double() * network.scale * network.channels).cpu().numpy()
+    point = graph.input("point", 3)
+    view, context = _point(graph, point, network.encoding, compact=compact)
+    gain = _map_gain(graph, network, point, view)
     if network.one_hot:
-        cells = _channel_by_channel(graph, context, network) * np.repeat(gain, CELLS)
+        wide = graph.gather_columns(gain, np.arange(3).repeat(CELLS).tolist())
+        cells = _channel_by_channel(graph, context, network) * wide
     else:
         cells = _tinted(graph, context, network, gain)
     graph.output("radiance_map", graph.channels_last(graph.reshape(cells, 3, SIZE, SIZE)))
     return graph.to_bytes()
 
 
-def _tinted(graph: Graph, context: Features, network: FastMap, gain: np.ndarray) -> Value:
+def _map_gain(graph: Graph, network: FastMap, point: Value, view: Cap[Value]) -> Value:
+    """The gain of each channel times its scale, see `FastMap`: [N, 3]."""
+    features = harmonics(graph, view.axis, network.harmonics.degree)
+    share = log_distance(point, network.encoding.sphere, network.encoding.r_max)
+    knots = np.split(network.tilt.cpu().double().numpy(), KNOTS, 1)
+    tilts = [
+        graph.linear(features.value, weight @ features.matrix, weight @ features.offset) * hat
+        for weight, hat in zip(knots, hats(share, network.encoding.r_max), strict=True)
+    ]
+    scale = (network.scale * network.channels).cpu().numpy()
+    tilt = graph.clip(sum(tilts[1:], tilts[0]), -MOST_GAIN, MOST_GAIN)
+    return graph.exp(tilt) * scale
+
+
+def _tinted(graph: Graph, context: Features, network: FastMap, gain: Value) -> Value:
     """Brightness times tint times gain of each channel and cell, see `FastMap.value`."""
     brightness, (y,) = _cells(graph, context, network, network.ceiling)
     raw = graph.split(graph.exp(graph.clip(y, -MOST_TINT, MOST_TINT)), 3 * [BLOCKS])
     red, green, blue = (tint * float(w) for tint, w in zip(raw, network.share, strict=True))
     total = red + green + blue
-    tint = graph.concat([t * float(g) / total for t, g in zip(raw, gain, strict=True)])
+    tint = graph.concat([t * g / total for t, g in zip(raw, graph.columns(gain), strict=True)])
     # Wide along a row, which is spread over the rows of its blocks
     wide = graph.gather_columns(tint, np.arange(3 * BLOCKS).repeat(SIDE).tolist())
     rows = graph.reshape(brightness, 1, SIDE, SIDE, SIZE)

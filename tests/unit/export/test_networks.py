@@ -226,6 +226,7 @@ def test_fast_map(
     with torch.no_grad():
         value = network.value(torch.from_numpy(point), network.ceiling).flatten(0, 1)
         network.ceiling.copy_(torch.log(network.brightness(value))[::97].quantile(0.9, 0))
+        network.tilt.copy_(0.5 * torch.randn(network.tilt.shape))
     model = networks.fast_map(network, compact=compact)
     result = Session(model)({"point": point})["radiance_map"]
     with torch.no_grad():

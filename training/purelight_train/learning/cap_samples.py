@@ -10,6 +10,7 @@ import numpy as np
 from purelight_format.color import LUMINANCE
 from purelight_format.measures import cap, cap_to_direction
 from purelight_train.light.description import Description
+from purelight_train.light.exit_records import ExitRecords
 from purelight_train.light.exit_surface import ExitSurface
 from purelight_train.light.radiance_field import Float, Radiance, look
 
@@ -34,6 +35,34 @@ def shading_points(description: Description, count: int, rng: np.random.Generato
     return point.astype(np.float32)
 
 
+def lit_points(
+    description: Description, records: ExitRecords, count: int, rng: np.random.Generator
+) -> Float:
+    """Points where traced light goes, in proportion to it, logarithmic in distance: [count, 3]."""
+    escaped = records.take(records.escaped)
+    power = np.cumsum(escaped.weight.astype(np.float64) @ LUMINANCE)
+    drawn = np.searchsorted(power, rng.random(count) * power[-1]).clip(max=len(power) - 1)
+    distance = np.maximum(description.r_max ** rng.random(count), 1.0005)
+    sphere = description.sphere
+    toward = escaped.take(drawn).crossings(sphere, distance).astype(np.float64)
+    point = np.asarray(sphere.center) + sphere.radius * distance[:, None] * toward
+    return point.astype(np.float32)
+
+
+def learned_points(
+    description: Description, records: ExitRecords, count: int, rng: np.random.Generator
+) -> Float:
+    """What sampler and fast map learn from: two points of all sides, then one that is lit.
+
+    A beam of some degrees meets one point of all sides in a thousand, so that it would be learned
+    as the darkness beside it.
+    """
+    lit = count // 3 if records.flux.any() else 0
+    even = shading_points(description, count - lit, rng)
+    point = np.concatenate((even, lit_points(description, records, lit, rng)))
+    return rng.permutation(point)
+
+
 @dataclass(frozen=True)
 class CapSamples:
     r"""What shading points see in directions of their caps.
@@ -56,12 +85,12 @@ class CapSamples:
         description: Description,
         surface: ExitSurface,
         radiance: Radiance,
-        count: int,
+        point: Float,
         rng: np.random.Generator,
         progress: Callable[[int], None] = lambda _: None,
     ) -> CapSamples:
-        """Look at the lamp along one jittered direction in each of 8 x 8 cells: K = 64."""
-        point = shading_points(description, count, rng)
+        """Look at the lamp from points [P, 3], in each of 8 x 8 cells once: K = 64."""
+        count = len(point)
         column, row = np.meshgrid(np.arange(SIDE), np.arange(SIDE))
         corner = np.stack((column, row), -1).reshape(1, EVEN, 2)
         square = ((corner + rng.random((count, EVEN, 2))) / SIDE).astype(np.float32)

@@ -88,31 +88,44 @@ def cell_directions() -> NDArray[np.float32]:
     return zone_middles(BANDS, AROUND).astype(np.float32)
 
 
+def mean_of(harmonics: NDArray[np.float64], power: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Mean of harmonics [K, H] over light of so much power [K]: [H]."""
+    mean: NDArray[np.float64] = harmonics.T @ (power / max(power.sum(), 1e-300))
+    return mean
+
+
+def records_of(weight: NDArray[np.float64]) -> NDArray[np.float64]:
+    """How many records of equal power know as much as these: [N, C] -> [C]."""
+    count: NDArray[np.float64] = weight.sum(0) ** 2 / np.maximum((weight**2).sum(0), 1e-300)
+    return count
+
+
 def tilt(
     told: NDArray[np.float64],
-    traced: NDArray[np.float64],
     harmonics: NDArray[np.float64],
+    moments: NDArray[np.float64],
     records: float,
 ) -> NDArray[np.float64]:
     r"""What told light is to be multiplied by so that its moments are those of traced light.
 
     The most likely t of :math:`\exp(t \cdot Y(\omega))` given the traced light, with a normal
-    prior: exponential tilting. At its maximum the harmonics' means over both are equal.
+    prior: exponential tilting. At its maximum the harmonics' means over both are equal. The sum
+    of the light stays.
 
     Arguments:
-        told, traced: [K], light by cell of its direction.
-        harmonics: [K, H], Y in the middle of each cell; the first is constant.
+        told: [K], light by direction.
+        harmonics: [K, H], Y there; the first is constant.
+        moments: [H], mean of Y over the traced light (`mean_of`).
         records: how many of equal power would know the traced light as well.
 
     Returns:
         t, [H]; zero if there is no light.
     """
-    if not (told.sum() > 0 and traced.sum() > 0):
+    if not (told.sum() > 0 and records > 0):
         return np.zeros(harmonics.shape[1])
-    p, q = told / told.sum(), traced / traced.sum()
+    p = told / told.sum()
     prior = np.full(harmonics.shape[1], 1 / (USUAL_TILT**2 * records))
     prior[0] = 0.0  # the flux is known
-    moments = harmonics.T @ q
 
     def loss(t: NDArray[np.float64]) -> float:
         return float((p * np.exp(harmonics @ t)).sum() - moments @ t + 0.5 * (prior * t**2).sum())

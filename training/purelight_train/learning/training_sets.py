@@ -99,13 +99,16 @@ class SamplerBatches:
     That is the weight of the Kullback-Leibler divergence. With :math:`\Phi_p` the sum of a point's
     samples, points are drawn in proportion to :math:`\Phi_p / (\Phi_p + \bar\Phi)`: dim views count
     nearly as much as bright ones, but not more for what few samples have missed there.
+
+    Arguments:
+        usual: the sum :math:`\bar\Phi` of a view of usual brightness.
     """
 
-    def __init__(self, samples: CapSamples) -> None:
+    def __init__(self, samples: CapSamples, usual: float) -> None:
         self.samples = samples
         share = samples.luminance().astype(np.float64)
         total = share.sum(1, keepdims=True)
-        self.cumulative = np.cumsum(share / (total + total.mean() + 1e-300))
+        self.cumulative = np.cumsum(share / (total + usual + 1e-300))
 
     def draw(self, rng: np.random.Generator, size: int) -> tuple[Float, Float]:
         """Cap coordinates [size, 2] and shading points [size, 3]."""

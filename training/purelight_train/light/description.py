@@ -75,6 +75,14 @@ class Description:
         mean = sum(present) / max(len(present), 1)
         return [self.radiance_scale * (f / mean if f > 0 else 1.0) for f in self.flux]
 
+    @property
+    def even_map(self) -> list[float]:
+        r"""Mean radiance of a map if the lamp shone alike to all sides, in W/(m² sr): [3].
+
+        It is :math:`\Phi / (2 \pi R)^2` at any distance that is not small.
+        """
+        return [f / (2 * np.pi * self.sphere.radius) ** 2 for f in self.flux]
+
     def scaled(self, factor: float) -> Description:
         """The same lamp with so many times the power."""
         flux, error = (

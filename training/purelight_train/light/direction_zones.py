@@ -18,6 +18,17 @@ def zone_of(direction: NDArray[np.floating], rows: int, columns: int) -> NDArray
     return row * columns + column
 
 
+def spiral(count: int) -> NDArray[np.float64]:
+    """Directions that are even all around, each for the same solid angle: [count, 3].
+
+    A Fibonacci lattice; zones are long and narrow at the poles.
+    """
+    k = np.arange(count) + 0.5
+    z, phi = 1 - 2 * k / count, np.pi * (1 + np.sqrt(5)) * k
+    sine = np.sqrt(1 - z * z)
+    return np.stack([sine * np.cos(phi), sine * np.sin(phi), z], 1)
+
+
 def zone_middles(rows: int, columns: int) -> NDArray[np.float64]:
     """The direction in the middle of each zone: [rows * columns, 3]."""
     z = (np.arange(rows) + 0.5) / rows * 2 - 1

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from purelight_format.measures import BoundingSphere
 from purelight_train.light.exit_surface import NEAR, ExitSurface, Hits
 
 Float = NDArray[np.float32]
@@ -76,6 +77,19 @@ class ExitRecords:
         """Which channels carry flux."""
         r, g, b = (bool(f > 0) for f in self.flux)
         return r, g, b
+
+    def crossings(self, sphere: BoundingSphere, distance: float | NDArray[np.float64]) -> Float:
+        """Where light crosses spheres about that of the lamp, as seen from its centre: [N, 3].
+
+        Arguments:
+            distance: their radius over the lamp's, one or [N], at least 1.
+        """
+        start = (self.position.astype(np.float64) - np.asarray(sphere.center)) / sphere.radius
+        direction = self.direction.astype(np.float64)
+        ahead = (start * direction).sum(1)
+        way = np.sqrt(np.maximum(ahead**2 - (start**2).sum(1) + distance**2, 0)) - ahead
+        place = start + way[:, None] * direction
+        return (place / np.linalg.norm(place, axis=1, keepdims=True)).astype(np.float32)
 
     def take(self, index: NDArray[Any] | slice) -> ExitRecords:
         """The records at `index`, with `paths` unchanged."""

@@ -11,6 +11,7 @@ from scipy.spatial import ConvexHull, HalfspaceIntersection, QhullError
 
 from purelight_format.errors import PureLightError
 from purelight_format.ray_file.rays import Rays
+from purelight_train.light.direction_zones import spiral
 
 START, TIGHT, AUTO = "start", "tight", "auto"
 SIDES = 512
@@ -113,10 +114,7 @@ def _directions(sides: int) -> Double:
     """Unit vectors all around: the 26 of a cube's faces, edges and corners, and a spiral."""
     grid = np.stack(np.meshgrid(*[[-1.0, 0.0, 1.0]] * 3), -1).reshape(-1, 3)
     cube = grid[np.abs(grid).sum(1) > 0]
-    k = np.arange(sides) + 0.5
-    z, phi = 1 - 2 * k / sides, np.pi * (1 + np.sqrt(5)) * k
-    spiral = np.stack([np.sqrt(1 - z * z) * np.cos(phi), np.sqrt(1 - z * z) * np.sin(phi), z], 1)
-    return np.concatenate([cube / np.linalg.norm(cube, axis=1, keepdims=True), spiral])
+    return np.concatenate([cube / np.linalg.norm(cube, axis=1, keepdims=True), spiral(sides)])
 
 
 def _outwards(corners: Double, faces: NDArray[np.int64]) -> NDArray[np.uint32]:

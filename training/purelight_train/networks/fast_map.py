@@ -9,8 +9,10 @@ import torch
 from torch import Tensor, nn
 
 from purelight_format.color import LUMINANCE
+from purelight_format.measures import cap, log_distance
+from purelight_format.namespace import A, namespace
 from purelight_train.light.description import Description
-from purelight_train.networks.encodings import MLP
+from purelight_train.networks.encodings import MLP, SphericalHarmonics
 from purelight_train.networks.point_encoding import PointEncoding
 from purelight_train.networks.student import LEAST_LOG, MAX_LOG
 from purelight_train.presets import Preset
@@ -21,24 +23,34 @@ SIDE = 4  # blocks to a side of the map, and cells to a side of a block
 BLOCKS = SIDE * SIDE
 MOST_TINT = 10.0  # of its logarithm
 OF_SUM = 4.0  # weight of a map's sum against its cells
-DIM = 0.1  # of the usual mean of maps; darker ones count no more
+DIM = 0.1  # of `Description.even_map`; darker maps count no more
+DEGREE = 5  # bands of the gain's harmonics
+KNOTS = 4  # of the gain over distance
+NEAREST = 1.5  # radii, of the first; just before the lamp a map of cells says little
+MOST_GAIN = 1.0  # of its logarithm; beyond a beam, harmonics may say anything
 
 
 class FastMap(nn.Module):
-    """Mean radiance in the 16x16 equal cells of the cap's square, [row v, column u, channel].
+    r"""Mean radiance in the 16x16 equal cells of the cap's square, [row v, column u, channel].
 
     With `fast_map_one_hot`, as in the paper, the network's input is [encoding(point), one-hot
     channel], and it is evaluated once a channel. Otherwise one evaluation gives the brightness of
-    each cell and a tint to each block of 4x4, for a third of the work. A gain per channel closes
-    the power that the map sends to points all around, and no cell is brighter than any it learned
-    from (`close_power`).
+    each cell and a tint to each block of 4x4, for a third of the work. A gain of each channel,
+
+    .. math:: g_c(p) = \exp \sum_j h_j(d)\,t_{cj} \cdot Y(e),
+
+    of harmonics Y of the direction e to the lamp, whose weights are linear between four distances
+    (hats h of their logarithm), makes the map's light that of traced photons, side by side
+    (`map_closure`). It is between 1/e and e. No cell is brighter, before that, than any it learned
+    from (`set_ceiling`).
     """
 
     channels: Tensor
-    gain: Tensor
+    tilt: Tensor
     scale: Tensor
     ceiling: Tensor
     share: Tensor
+    usual: Tensor
 
     def __init__(self, description: Description, preset: Preset) -> None:
         super().__init__()
@@ -49,13 +61,16 @@ class FastMap(nn.Module):
         inputs += self.encoding.size
         self.network = MLP(inputs, CELLS + self.tints + 1, size.width, size.depth)
         self.level = nn.Linear(inputs, 1)
+        self.harmonics = SphericalHarmonics(DEGREE)
         self.register_buffer("scale", torch.tensor(description.channel_scale), persistent=False)
         present = np.array(description.channels, np.float32)
         luminance = LUMINANCE * (present if present.any() else 1)
         share = (luminance / luminance.sum()).astype(np.float32)
+        usual = torch.tensor(description.even_map) / self.scale
+        self.register_buffer("usual", usual, persistent=False)
         self.register_buffer("channels", torch.tensor(present), persistent=False)
         self.register_buffer("share", torch.tensor(share), persistent=False)
-        self.register_buffer("gain", torch.ones(3))
+        self.register_buffer("tilt", torch.zeros(3, KNOTS * self.harmonics.size))
         self.register_buffer("ceiling", torch.full((3 if self.one_hot else 1,), MAX_LOG))
 
     def value(self, point: Tensor, most: float | Tensor) -> Tensor:
@@ -112,8 +127,20 @@ class FastMap(nn.Module):
 
     def forward(self, point: Tensor) -> Tensor:
         """Radiance map in W/(m² sr): [N, 3] -> [N, 16, 16, 3]."""
-        value = self.value(point, self.ceiling)
-        return (value * (self.scale * self.gain * self.channels)).view(-1, SIZE, SIZE, 3)
+        tilt = (self.sides(point) @ self.tilt.T).clamp(-MOST_GAIN, MOST_GAIN)
+        gain = torch.exp(tilt) * (self.scale * self.channels)
+        return (self.value(point, self.ceiling) * gain[:, None]).view(-1, SIZE, SIZE, 3)
+
+    def knot_distances(self) -> list[float]:
+        """Where the gain has its knots, in radii, up to `r_max`."""
+        return np.geomspace(NEAREST, self.encoding.r_max, KNOTS).tolist()
+
+    def sides(self, point: Tensor) -> Tensor:
+        r"""What the logarithm of the gain is linear in, :math:`h_j Y`: [N, 3] -> [N, 100]."""
+        harmonics = self.harmonics(cap(point, self.encoding.sphere).axis)
+        share = log_distance(point, self.encoding.sphere, self.encoding.r_max)
+        hat = hats(share, self.encoding.r_max)
+        return torch.cat([harmonics * h[:, None] for h in hat], -1)
 
     def loss(self, point: Tensor, radiance: Tensor) -> Tensor:
         r"""Poisson deviance of cells, and of a map's sum (McCullagh & Nelder 1989).
@@ -133,24 +160,27 @@ class FastMap(nn.Module):
             radiance: [N, 256, 3], an estimate of each cell without bias.
         """
         value, target = self.value(point, MAX_LOG), radiance / self.scale
-        mean = value.detach().mean(1, keepdim=True) + DIM * target.mean((0, 1)) + 1e-30
+        mean = value.detach().mean(1, keepdim=True) + DIM * self.usual + 1e-30
         sums = _deviance(target.mean(1, keepdim=True), value.mean(1, keepdim=True))
         return ((_deviance(target, value) + OF_SUM * sums) / mean * self.channels).mean()
 
     @torch.no_grad()
-    def close_power(self, point: Tensor, radiance: Tensor) -> None:
-        """Set the ceiling to the brightest sample, and the gain so that light agrees.
-
-        That is the mean ratio of true to told light over views, dim ones (`DIM`) for less: sums
-        over all views would be those of the few brightest.
-        """
+    def set_ceiling(self, radiance: Tensor) -> None:
+        """Set the ceiling to the brightest of the cells that it learned from: [N, 256, 3]."""
         brightest = self.brightness(radiance / self.scale).amax((0, 1))
         self.ceiling.copy_(torch.log(brightest).clamp(LEAST_LOG, MAX_LOG))
-        told = torch.cat([self(part).mean((1, 2)) for part in point.split(1024)])
-        true = radiance.mean(1)
-        weight = 1 / (told + DIM * told.mean(0) + 1e-30)
-        known, total = (told * weight).sum(0), (true * weight).sum(0)
-        self.gain *= torch.where(known > 0, total / known, torch.ones_like(known))
+
+
+def hats(share: A, r_max: float) -> list[A]:
+    """Linear pieces between `KNOTS` even places, which add up to one: [N] each.
+
+    Arguments:
+        share: [N] of `log_distance`; the first place is that of `NEAREST`, the last 1.
+    """
+    xp = namespace(share)
+    first, last = math.log(NEAREST) / math.log(r_max), KNOTS - 1.0
+    place = xp.clip((share - first) * (last / (1.0 - first)), 0.0, last)
+    return [xp.relu(1.0 - abs(place - float(knot))) for knot in range(KNOTS)]
 
 
 def _deviance(target: Tensor, value: Tensor) -> Tensor:

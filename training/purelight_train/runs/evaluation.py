@@ -13,6 +13,8 @@ from purelight_train.learning.flux_closure import (
     by_direction,
     cell_directions,
     escaping_flux,
+    mean_of,
+    records_of,
     tilt,
 )
 from purelight_train.light.exit_records import ExitRecords
@@ -102,9 +104,10 @@ def _tilt(student: Student, told: Cells, direction: Float, weight: Cells) -> Non
     traced = by_direction(direction, weight)
     toward = torch.from_numpy(cell_directions()).to(student.tilt.device)
     harmonics = student.harmonics(toward).cpu().double().numpy()
-    records = weight.sum(0) ** 2 / np.maximum((weight**2).sum(0), 1e-300)  # of equal power
+    records = records_of(weight)
     for c in range(3):
-        more = tilt(told[:, c], traced[:, c], harmonics, float(records[c]))
+        moments = mean_of(harmonics, traced[:, c])
+        more = tilt(told[:, c], harmonics, moments, float(records[c]))
         student.tilt[c] += torch.from_numpy(more).to(student.tilt)
 
 

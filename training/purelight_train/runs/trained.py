@@ -6,8 +6,10 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
+from purelight_format.color import LUMINANCE
 from purelight_train.learning.aimed_samples import aimed_samples, cell_means
-from purelight_train.learning.cap_samples import CapSamples
+from purelight_train.learning.cap_samples import CapSamples, learned_points
+from purelight_train.learning.map_closure import close_light
 from purelight_train.learning.training_sets import SamplerBatches, SurfaceSet, transmittance_set
 from purelight_train.networks.fast_map import FastMap
 from purelight_train.networks.sampler import Sampler
@@ -57,11 +59,10 @@ TRANSPARENCY = Trained(
 def cap_samples(trainer: Trainer) -> CapSamples:
     """What shading points see of the lamp in even directions."""
     lamp, student = trainer.lamp, as_function(trainer.network(STUDENT), trainer.stages.device)
-    with trainer.stages.bar("cap", trainer.preset.cap_points, "point") as update:
-        return CapSamples.gather(
-            lamp.description, lamp.surface, student, trainer.preset.cap_points,
-            trainer.stages.rng("cap"), update,
-        )  # fmt: skip
+    count, rng = trainer.preset.cap_points, trainer.stages.rng("cap")
+    point = learned_points(lamp.description, lamp.records, count, rng)
+    with trainer.stages.bar("cap", count, "point") as update:
+        return CapSamples.gather(lamp.description, lamp.surface, student, point, rng, update)
 
 
 def aimed(trainer: Trainer) -> CapSamples:
@@ -82,7 +83,8 @@ def _sampler_loss(
     gather: Callable[[Trainer], CapSamples],
 ) -> Callable[[Trainer, Sampler, int], Loss]:
     def loss(trainer: Trainer, sampler: Sampler, size: int) -> Loss:
-        batches, tensors = SamplerBatches(trainer.data(gather)), trainer.stages.tensors
+        usual = float(LUMINANCE @ trainer.lamp.description.even_map)
+        batches, tensors = SamplerBatches(trainer.data(gather), usual), trainer.stages.tensors
         return lambda rng: -sampler.log_density(*tensors(*batches.draw(rng, size))).mean()
 
     return loss
@@ -107,8 +109,9 @@ def cells(trainer: Trainer) -> tuple[Float, Float]:
     return samples.point, cell_means(samples)
 
 
-def _close_power(trainer: Trainer, fast_map: FastMap) -> None:
-    fast_map.close_power(*trainer.stages.tensors(*trainer.data(cells)))
+def _close(trainer: Trainer, fast_map: FastMap) -> None:
+    fast_map.set_ceiling(*trainer.stages.tensors(trainer.data(cells)[1]))
+    close_light(fast_map, trainer.lamp.records)
 
 
 FAST_MAP = Trained(
@@ -116,7 +119,7 @@ FAST_MAP = Trained(
     FastMap,
     settings=lambda trainer: trainer.preset.fast_map,
     loss=over(cells),
-    finish=_close_power,
+    finish=_close,
 )
 
 # In this order; the pilot is trained when the sampler asks for it

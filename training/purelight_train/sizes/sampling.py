@@ -10,8 +10,10 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
+from purelight_format.color import LUMINANCE
 from purelight_train.learning.aimed_samples import aimed_samples, cell_means
-from purelight_train.learning.cap_samples import CapSamples
+from purelight_train.learning.cap_samples import CapSamples, learned_points
+from purelight_train.learning.map_closure import close_light
 from purelight_train.learning.training_sets import SamplerBatches
 from purelight_train.networks.fast_map import FastMap
 from purelight_train.networks.sampler import Sampler
@@ -57,8 +59,15 @@ class SamplerSizes:
         training, stages, lamp = self.training, self.training.stages, self.training.lamp
         radiance = as_function(training.student, stages.device)
         seen, pilot = (lamp.description, lamp.surface, radiance), training.network(trained.SAMPLER)
-        even = CapSamples.gather(*seen, points, stages.rng("cap", part))
+        rng = stages.rng("cap", part)
+        point = learned_points(lamp.description, lamp.records, points, rng)
+        even = CapSamples.gather(*seen, point, rng)
         return aimed_samples(even, pilot, *seen, stages.rng("aim", part))
+
+    @property
+    def _usual(self) -> float:
+        """Brightness of a usual view, in luminance."""
+        return float(LUMINANCE @ self.training.lamp.description.even_map)
 
     def _maps(self, samples: CapSamples) -> tuple[Tensor, ...]:
         """What a fast map learns from: points and estimates of their cells."""
@@ -90,7 +99,7 @@ class SamplerSizes:
         return preset, own
 
     def _trained_sampler(self, sized: Preset) -> Sampler:
-        batches, tensors = SamplerBatches(self.samples), self.training.stages.tensors
+        batches, tensors = SamplerBatches(self.samples, self._usual), self.training.stages.tensors
         network = self._build("sampler", Sampler, sized)
 
         def loss(rng: np.random.Generator) -> Tensor:
@@ -103,7 +112,7 @@ class SamplerSizes:
     @torch.no_grad()
     def _nats(self, sampler: Sampler) -> float:
         """Minus the log-likelihood of held-out light under the defensive mixture."""
-        draws = SamplerBatches(self.held_out).draw(np.random.default_rng(0), DRAWS)
+        draws = SamplerBatches(self.held_out, self._usual).draw(np.random.default_rng(0), DRAWS)
         b = sampler.uniform_fraction
         log = sampler.log_density(*self.training.stages.tensors(*draws))
         return -float(torch.log((1 - b) * torch.exp(log) + b).mean())
@@ -128,7 +137,8 @@ class SamplerSizes:
             return network.loss(*rows(data, rng, FAST_MAP.batch))
 
         self.training.stages.try_out(network, loss, FAST_MAP)
-        network.close_power(*data)
+        network.set_ceiling(data[1])
+        close_light(network, self.training.lamp.records)
         return network
 
     def _build(self, name: str, kind: Callable[..., Module], preset: Preset) -> Module:
