@@ -226,7 +226,7 @@ def encode_point(point: A, sphere: BoundingSphere, r_max: float) -> tuple[A, A]:
 
 
 def log_distance(point: A, sphere: BoundingSphere, r_max: float) -> A:
-    r"""Distance from the sphere's centre, :math:`\ln(d/R) / \ln r_{max}` with d as in Eq. 7: [N].
+    r"""Distance from the centre as for `encode_point`, :math:`\ln(d/R) / \ln r_{max}`: [N].
 
     Arguments:
         point: [N, 3] in metres.

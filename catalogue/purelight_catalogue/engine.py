@@ -8,7 +8,8 @@ lost worker's jobs to another. What a job's result is, and whether it is there, 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import CancelledError
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -82,30 +83,54 @@ def run(client: Any, jobs: Sequence[Job], results: Path, logs: Path) -> Iterator
     from distributed import as_completed
 
     _check_memory(client, jobs)
-    futures: dict[str, Any] = {}
-    for job in jobs:
-        if job.key in futures:
-            continue
-        before = [futures[key] for key in job.before.values() if key in futures]
-        needs = {MEMORY: job.gibibytes} | ({GPU: 1.0} if job.gpu else {})
-        futures[job.key] = client.submit(
-            perform, job, results, logs, 1, before, key=f"{job.stage}-{job.key}", resources=needs,
-            pure=True,
-        )  # fmt: skip
-    by_future = {futures[job.key].key: job for job in jobs}
-    for future in as_completed(list(futures.values())):
-        yield _outcome(future, by_future[future.key])
-
-
-def _outcome(future: Any, job: Job) -> Outcome:
-    if future.status == "finished":
-        return Outcome(**vars(future.result()))
-    if future.status == "error":
-        error = future.exception()
-        return Outcome(job, f"{type(error).__name__}: {' '.join(str(error).split())[:200]}")
+    left, ended = {job.key: job for job in jobs}, dict[str, Outcome]()
+    for round_ in range(LOST_TRIES):
+        futures = _submit(client, list(left.values()), ended, results, logs, round_)
+        keys = {future.key: key for key, future in futures.items()}
+        for future in as_completed(list(futures.values())):
+            job = left[keys[future.key]]
+            if outcome := _outcome(future, job):
+                ended[job.key] = outcome
+                yield outcome
+        left = {key: job for key, job in left.items() if key not in ended}
+        if not left:
+            return
+        if client.status != "running":
+            break
     raise PureLightError(
         "the scheduler is lost; start it again and run the same command: what is finished is kept"
     )
+
+
+def _submit(
+    client: Any, jobs: Sequence[Job], ended: Mapping[str, Outcome], results: Path, logs: Path,
+    round_: int,
+) -> dict[str, Any]:  # fmt: skip
+    """The futures of jobs, by their keys; in each round of other names, since Dask keeps those."""
+    futures: dict[str, Any] = {}
+    for job in jobs:
+        known = (futures.get(key) or ended.get(key) for key in job.before.values())
+        needs = {MEMORY: job.gibibytes} | ({GPU: 1.0} if job.gpu else {})
+        futures[job.key] = client.submit(
+            perform, job, results, logs, 1, [one for one in known if one is not None],
+            key=f"{job.stage}-{job.key}-{round_}", resources=needs, pure=True,
+        )  # fmt: skip
+    return futures
+
+
+def _outcome(future: Any, job: Job) -> Outcome | None:
+    """How a job ended; None if Dask let go of it: the scheduler is lost, or a worker at a moment
+    when its result was asked for.
+    """
+    try:
+        if future.status == "finished":
+            return Outcome(**vars(future.result()))
+        if future.status == "error":
+            error = future.exception()
+            return Outcome(job, f"{type(error).__name__}: {' '.join(str(error).split())[:200]}")
+    except CancelledError:
+        pass
+    return None
 
 
 def _check_memory(client: Any, jobs: Sequence[Job]) -> None:

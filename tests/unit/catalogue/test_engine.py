@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from benchmarks.catalogue.faults import Cluster
 from purelight_catalogue.engine import engine, run
 from purelight_catalogue.jobs import Job
 from purelight_catalogue.results import Results
@@ -36,6 +37,34 @@ def test_a_killed_worker_loses_nothing(exported: Exported, tmp_path: Path) -> No
     assert not any(
         outcome.fresh for outcome in outcomes if outcome.job.stage in ("train", "export")
     )
+
+
+def test_what_dask_lets_go_of_is_asked_for_again(exported: Exported, tmp_path: Path) -> None:
+    """As it does with a worker's results that are asked for while the worker dies."""
+    results, work = exported
+    jobs = all_jobs(work)
+    with engine(1, None) as client:
+        outcomes = run(client, jobs, results.folder, tmp_path / "logs")
+        ended = [next(outcomes)]
+        client.cancel(list(client.futures.values()), force=True)
+        ended += outcomes
+    assert [outcome.fault for outcome in ended] == [""] * len(jobs)
+    assert {outcome.job.key for outcome in ended} == {job.key for job in jobs}
+
+
+def test_a_lost_scheduler_is_one_line(exported: Exported, tmp_path: Path) -> None:
+    results, work = exported
+    cluster = Cluster(tmp_path / "dask.txt", workers=1)
+    cluster.start()
+    try:
+        with engine(1, cluster.address) as client:
+            outcomes = run(client, all_jobs(work), results.folder, tmp_path / "logs")
+            next(outcomes)
+            cluster.kill_scheduler()
+            with pytest.raises(PureLightError, match="the scheduler is lost; start it again"):
+                list(outcomes)
+    finally:
+        cluster.stop()
 
 
 def test_who_begins_again_asks_for_what_is_missing_alone(

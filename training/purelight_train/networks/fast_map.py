@@ -25,7 +25,7 @@ MOST_TINT = 10.0  # of its logarithm
 OF_SUM = 4.0  # weight of a map's sum against its cells
 DIM = 0.1  # of `Description.even_map`; darker maps count no more
 DEGREE = 5  # bands of the gain's harmonics
-KNOTS = 4  # of the gain over distance
+KNOTS = 6  # of the gain over distance
 NEAREST = 1.5  # radii, of the first; just before the lamp a map of cells says little
 MOST_GAIN = 1.0  # of its logarithm; beyond a beam, harmonics may say anything
 
@@ -39,7 +39,7 @@ class FastMap(nn.Module):
 
     .. math:: g_c(p) = \exp \sum_j h_j(d)\,t_{cj} \cdot Y(e),
 
-    of harmonics Y of the direction e to the lamp, whose weights are linear between four distances
+    of harmonics Y of the direction e to the lamp, whose weights are linear between six distances
     (hats h of their logarithm), makes the map's light that of traced photons, side by side
     (`map_closure`). It is between 1/e and e. No cell is brighter, before that, than any it learned
     from (`set_ceiling`).
@@ -136,7 +136,7 @@ class FastMap(nn.Module):
         return np.geomspace(NEAREST, self.encoding.r_max, KNOTS).tolist()
 
     def sides(self, point: Tensor) -> Tensor:
-        r"""What the logarithm of the gain is linear in, :math:`h_j Y`: [N, 3] -> [N, 100]."""
+        r"""What the logarithm of the gain is linear in, :math:`h_j Y`: [N, 3] -> [N, 150]."""
         harmonics = self.harmonics(cap(point, self.encoding.sphere).axis)
         share = log_distance(point, self.encoding.sphere, self.encoding.r_max)
         hat = hats(share, self.encoding.r_max)
