@@ -54,8 +54,8 @@ def learned_points(
 ) -> Float:
     """What sampler and fast map learn from: two points of all sides, then one that is lit.
 
-    A beam of some degrees meets one point of all sides in a thousand, so that it would be learned
-    as the darkness beside it.
+    A beam of some degrees meets one point of all sides in a thousand, so that little would be
+    learned of what it looks like.
     """
     lit = count // 3 if records.flux.any() else 0
     even = shading_points(description, count - lit, rng)
