@@ -218,8 +218,7 @@ def encode_point(point: A, sphere: BoundingSphere, r_max: float) -> tuple[A, A]:
         t [N] in (0, 1].
     """
     xp = namespace(point)
-    radial, distance = _radial(point, sphere)
-    ratio = xp.clip(distance, 1.0, r_max)
+    radial, ratio = _clipped(point, sphere, r_max)
     half = 0.25 + xp.log(ratio) * (0.25 / math.log(r_max))
     place = 0.5 - radial * xp.column(half)
     return place, xp.asin(1.0 / ratio) * (2 / math.pi)
@@ -236,10 +235,15 @@ def log_distance(point: A, sphere: BoundingSphere, r_max: float) -> A:
     Returns:
         from 0 on the sphere and inside to 1 at r_max and beyond.
     """
-    xp = namespace(point)
-    _, distance = _radial(point, sphere)
-    share: A = xp.log(xp.clip(distance, 1.0, r_max)) * (1.0 / math.log(r_max))
+    _, ratio = _clipped(point, sphere, r_max)
+    share: A = namespace(point).log(ratio) * (1.0 / math.log(r_max))
     return share
+
+
+def _clipped(point: Any, sphere: BoundingSphere, r_max: float) -> tuple[Any, Any]:
+    """Unit vector to the centre [N, 3], and the distance in radii within [1, r_max]: [N]."""
+    radial, distance = _radial(point, sphere)
+    return radial, namespace(point).clip(distance, 1.0, r_max)
 
 
 def area_to_solid_angle(pdf_area: A, point: A, position: A, normal: A) -> A:

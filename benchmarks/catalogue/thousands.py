@@ -60,7 +60,7 @@ def thousands(folder: Path, count: int, seed: int, preset: str) -> Figures:
         for name in ("index.html", "catalogue.json", "catalogue.usda")
     }
     return {
-        "jobs": len(asked), "planning, ms a lamp": 1e3 * planning / count,
+        "lamps": count, "jobs": len(asked), "planning, ms a lamp": 1e3 * planning / count,
         "Dask, ms a job": 1e3 * dask / len(asked), "seconds, all found": whole.seconds,
         "gibibytes": whole.gibibytes, "kB a lamp": kilobytes,
         "as it ought to be": ended == len(asked) and whole.code == 0,

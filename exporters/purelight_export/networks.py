@@ -27,7 +27,6 @@ from purelight_train.networks.encodings import GridEncoding
 from purelight_train.networks.fast_map import (
     BLOCKS,
     CELLS,
-    KNOTS,
     MOST_GAIN,
     MOST_TINT,
     SIDE,
@@ -115,7 +114,7 @@ def _map_gain(graph: Graph, network: FastMap, point: Value, view: Cap[Value]) ->
     """The gain of each channel times its scale, see `FastMap`: [N, 3]."""
     features = harmonics(graph, view.axis, network.harmonics.degree)
     share = log_distance(point, network.encoding.sphere, network.encoding.r_max)
-    knots = np.split(network.tilt.cpu().double().numpy(), KNOTS, 1)
+    knots = network.tilt.cpu().double().numpy()
     tilts = [
         graph.linear(features.value, weight @ features.matrix, weight @ features.offset) * hat
         for weight, hat in zip(knots, hats(share, network.encoding.r_max), strict=True)

@@ -203,6 +203,16 @@ def test_encoded_points(backend: Backend, step: float) -> None:
 
 
 @backends
+def test_distances(backend: Backend, step: float) -> None:
+    def share(point: Any) -> tuple[Any, ...]:
+        return (measures.log_distance(point, SPHERE, R_MAX),)
+
+    (found,), (wanted,) = backend(share, points()), reference(share, points())
+    np.testing.assert_allclose(np.reshape(found, -1), np.reshape(wanted, -1), atol=1e-6 * step)
+    np.testing.assert_allclose([wanted.min(), wanted.max()], [0, 1], atol=1e-12)
+
+
+@backends
 def test_densities_by_area(backend: Backend, step: float) -> None:
     def converted(*args: Any) -> tuple[Any, ...]:
         return (measures.area_to_solid_angle(*args),)

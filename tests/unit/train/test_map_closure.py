@@ -12,7 +12,7 @@ from purelight_format.measures import BoundingSphere
 from purelight_train.learning.cap_samples import lit_points
 from purelight_train.learning.map_closure import close_light, told_light
 from purelight_train.light.description import Description
-from purelight_train.light.direction_zones import spiral
+from purelight_train.light.direction_zones import fibonacci_lattice
 from purelight_train.light.exit_records import ExitRecords
 from purelight_train.networks.fast_map import KNOTS, NEAREST, FastMap, hats
 from purelight_train.presets import DRAFT
@@ -105,10 +105,10 @@ def test_a_beam_keeps_its_light(width: float, monkeypatch: pytest.MonkeyPatch) -
         return shape * torch.tensor(level, dtype=torch.float32).expand(len(point), 256, 3)
 
     monkeypatch.setattr(network, "value", too_bright)
-    before = told_light(network, LAMP.r_max, spiral(1 << 14)).sum(0)
+    before = told_light(network, LAMP.r_max, fibonacci_lattice(1 << 14)).sum(0)
     np.testing.assert_allclose(before, [4.5, 1.5, 0], rtol=0.1)
     close_light(network, light(weight, 0.1 * width * unit(COUNT, 2), beam))
-    told = told_light(network, LAMP.r_max, spiral(1 << 14))
+    told = told_light(network, LAMP.r_max, fibonacci_lattice(1 << 14))
     np.testing.assert_allclose(told.sum(0), [3, 1, 0], rtol=0.02)
 
 
@@ -117,7 +117,7 @@ def test_a_map_shines_as_traced_light_does(between: float) -> None:
     """At the knots whatever it was; between them if it has learned what distance does."""
     network, records = fast_map(even=between > 0), lopsided()
     close_light(network, records)
-    weight, toward = records.weight / records.paths, spiral(1 << 13)
+    weight, toward = records.weight / records.paths, fibonacci_lattice(1 << 13)
     knots = np.array(network.knot_distances())
     for distance in knots[:-1] ** (1 - between) * knots[1:] ** between:
         told = told_light(network, distance, toward)

@@ -38,7 +38,11 @@ def shading_points(description: Description, count: int, rng: np.random.Generato
 def lit_points(
     description: Description, records: ExitRecords, count: int, rng: np.random.Generator
 ) -> Float:
-    """Points where traced light goes, in proportion to it, logarithmic in distance: [count, 3]."""
+    """Points where traced light goes, in proportion to it, logarithmic in distance.
+
+    Returns:
+        [count, 3] in metres, between the bounding sphere and r_max radii.
+    """
     escaped = records.take(records.escaped)
     power = np.cumsum(escaped.weight.astype(np.float64) @ LUMINANCE)
     drawn = np.searchsorted(power, rng.random(count) * power[-1]).clip(max=len(power) - 1)

@@ -94,8 +94,8 @@ def mean_of(harmonics: NDArray[np.float64], power: NDArray[np.float64]) -> NDArr
     return mean
 
 
-def records_of(weight: NDArray[np.float64]) -> NDArray[np.float64]:
-    """How many records of equal power know as much as these: [N, C] -> [C]."""
+def effective_size(weight: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Effective sample size of weighted records (Kish 1965), by channel: [N, C] -> [C]."""
     count: NDArray[np.float64] = weight.sum(0) ** 2 / np.maximum((weight**2).sum(0), 1e-300)
     return count
 

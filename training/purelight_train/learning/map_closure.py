@@ -7,10 +7,10 @@ import torch
 from numpy.typing import NDArray
 
 from purelight_format.measures import cap, cap_to_direction
-from purelight_train.learning.flux_closure import mean_of, records_of, tilt
-from purelight_train.light.direction_zones import spiral
+from purelight_train.learning.flux_closure import effective_size, mean_of, tilt
+from purelight_train.light.direction_zones import fibonacci_lattice
 from purelight_train.light.exit_records import ExitRecords
-from purelight_train.networks.fast_map import KNOTS, MOST_GAIN, SIZE, FastMap
+from purelight_train.networks.fast_map import MOST_GAIN, SIZE, FastMap
 
 PLACES = 1 << 15
 BATCH = 1 << 10
@@ -31,11 +31,11 @@ def close_light(network: FastMap, records: ExitRecords) -> None:
         network: trained, with a tilt of zero.
         records: traced light, of which that which escapes counts.
     """
-    sphere, toward = network.encoding.sphere, spiral(PLACES)
+    sphere, toward = network.encoding.sphere, fibonacci_lattice(PLACES)
     escaped = records.take(records.escaped)
     weight = escaped.weight.astype(np.float64) / records.paths
-    number, features = records_of(weight), _harmonics(network, toward)
-    found = np.zeros((3, KNOTS, features.shape[1]))
+    number, features = effective_size(weight), _harmonics(network, toward)
+    found = np.zeros(network.tilt.shape)
     for knot, distance in enumerate(network.knot_distances()):
         told = told_light(network, distance, toward)
         crossed = _harmonics(network, escaped.crossings(sphere, distance))
@@ -43,9 +43,9 @@ def close_light(network: FastMap, records: ExitRecords) -> None:
             moments = mean_of(crossed, weight[:, c])
             more = tilt(told[:, c], features, moments, float(number[c]))
             log_gain = _closed(told[:, c], features @ more, float(weight[:, c].sum()))
-            found[c, knot] = more
-            found[c, knot, 0] += log_gain / features[0, 0]  # Of which the first is constant
-    network.tilt.copy_(torch.from_numpy(found.reshape(3, -1)))
+            found[knot, c] = more
+            found[knot, c, 0] += log_gain / features[0, 0]  # Of which the first is constant
+    network.tilt.copy_(torch.from_numpy(found))
 
 
 def _closed(told: Cells, log_tilt: Cells, flux: float) -> float:
@@ -71,7 +71,7 @@ def told_light(network: FastMap, distance: float, toward: NDArray[np.float64]) -
     All places on it are equally far from the centre, so a cell is seen at the same angle from each.
 
     Arguments:
-        toward: [K, 3], even directions (`spiral`), each of which stands for its part of the sphere.
+        toward: [K, 3], even directions (`fibonacci_lattice`), each for its part of the sphere.
     """
     sphere = network.encoding.sphere
     place = np.asarray(sphere.center) + distance * sphere.radius * toward

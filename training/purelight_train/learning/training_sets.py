@@ -7,8 +7,10 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from purelight_format.color import LUMINANCE
 from purelight_train.learning.cap_samples import CapSamples
 from purelight_train.learning.teacher import Teacher
+from purelight_train.light.description import Description
 from purelight_train.light.exit_surface import ExitSurface, inward_rays
 from purelight_train.light.luminaire import Luminaire
 from purelight_train.light.transmittance import transmittance_samples
@@ -98,16 +100,14 @@ class SamplerBatches:
 
     That is the weight of the Kullback-Leibler divergence. With :math:`\Phi_p` the sum of a point's
     samples, points are drawn in proportion to :math:`\Phi_p / (\Phi_p + \bar\Phi)`: dim views count
-    nearly as much as bright ones, but not more for what few samples have missed there.
-
-    Arguments:
-        usual: the sum :math:`\bar\Phi` of a view of usual brightness.
+    nearly as much as bright ones, but not more for what few samples have missed there. The usual
+    sum :math:`\bar\Phi` is that of `Description.even_map`.
     """
 
-    def __init__(self, samples: CapSamples, usual: float) -> None:
+    def __init__(self, samples: CapSamples, description: Description) -> None:
         self.samples = samples
         share = samples.luminance().astype(np.float64)
-        total = share.sum(1, keepdims=True)
+        total, usual = share.sum(1, keepdims=True), float(LUMINANCE @ description.even_map)
         self.cumulative = np.cumsum(share / (total + usual + 1e-300))
 
     def draw(self, rng: np.random.Generator, size: int) -> tuple[Float, Float]:

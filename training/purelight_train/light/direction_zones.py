@@ -18,7 +18,7 @@ def zone_of(direction: NDArray[np.floating], rows: int, columns: int) -> NDArray
     return row * columns + column
 
 
-def spiral(count: int) -> NDArray[np.float64]:
+def fibonacci_lattice(count: int) -> NDArray[np.float64]:
     """Directions that are even all around, each for the same solid angle: [count, 3].
 
     A Fibonacci lattice; zones are long and narrow at the poles.

@@ -79,7 +79,7 @@ class ExitRecords:
         return r, g, b
 
     def crossings(self, sphere: BoundingSphere, distance: float | NDArray[np.float64]) -> Float:
-        """Where light crosses spheres about that of the lamp, as seen from its centre: [N, 3].
+        """Where light crosses spheres around the lamp, as unit directions from the centre: [N, 3].
 
         Arguments:
             distance: their radius over the lamp's, one or [N], at least 1.

@@ -11,7 +11,7 @@ from scipy.spatial import ConvexHull, HalfspaceIntersection, QhullError
 
 from purelight_format.errors import PureLightError
 from purelight_format.ray_file.rays import Rays
-from purelight_train.light.direction_zones import spiral
+from purelight_train.light.direction_zones import fibonacci_lattice
 
 START, TIGHT, AUTO = "start", "tight", "auto"
 SIDES = 512
@@ -114,7 +114,9 @@ def _directions(sides: int) -> Double:
     """Unit vectors all around: the 26 of a cube's faces, edges and corners, and a spiral."""
     grid = np.stack(np.meshgrid(*[[-1.0, 0.0, 1.0]] * 3), -1).reshape(-1, 3)
     cube = grid[np.abs(grid).sum(1) > 0]
-    return np.concatenate([cube / np.linalg.norm(cube, axis=1, keepdims=True), spiral(sides)])
+    return np.concatenate(
+        [cube / np.linalg.norm(cube, axis=1, keepdims=True), fibonacci_lattice(sides)]
+    )
 
 
 def _outwards(corners: Double, faces: NDArray[np.int64]) -> NDArray[np.uint32]:

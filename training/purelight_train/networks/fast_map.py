@@ -14,7 +14,7 @@ from purelight_format.namespace import A, namespace
 from purelight_train.light.description import Description
 from purelight_train.networks.encodings import MLP, SphericalHarmonics
 from purelight_train.networks.point_encoding import PointEncoding
-from purelight_train.networks.student import LEAST_LOG, MAX_LOG
+from purelight_train.networks.student import DEGREE, LEAST_LOG, MAX_LOG
 from purelight_train.presets import Preset
 
 SIZE = 16
@@ -24,7 +24,6 @@ BLOCKS = SIDE * SIDE
 MOST_TINT = 10.0  # of its logarithm
 OF_SUM = 4.0  # weight of a map's sum against its cells
 DIM = 0.1  # of `Description.even_map`; darker maps count no more
-DEGREE = 5  # bands of the gain's harmonics
 KNOTS = 6  # of the gain over distance
 NEAREST = 1.5  # radii, of the first; just before the lamp a map of cells says little
 MOST_GAIN = 1.0  # of its logarithm; beyond a beam, harmonics may say anything
@@ -37,7 +36,7 @@ class FastMap(nn.Module):
     channel], and it is evaluated once a channel. Otherwise one evaluation gives the brightness of
     each cell and a tint to each block of 4x4, for a third of the work. A gain of each channel,
 
-    .. math:: g_c(p) = \exp \sum_j h_j(d)\,t_{cj} \cdot Y(e),
+    .. math:: g_c(p) = \exp \sum_j h_j(d)\,t_{jc} \cdot Y(e),
 
     of harmonics Y of the direction e to the lamp, whose weights are linear between six distances
     (hats h of their logarithm), makes the map's light that of traced photons, side by side
@@ -70,7 +69,7 @@ class FastMap(nn.Module):
         self.register_buffer("usual", usual, persistent=False)
         self.register_buffer("channels", torch.tensor(present), persistent=False)
         self.register_buffer("share", torch.tensor(share), persistent=False)
-        self.register_buffer("tilt", torch.zeros(3, KNOTS * self.harmonics.size))
+        self.register_buffer("tilt", torch.zeros(KNOTS, 3, self.harmonics.size))
         self.register_buffer("ceiling", torch.full((3 if self.one_hot else 1,), MAX_LOG))
 
     def value(self, point: Tensor, most: float | Tensor) -> Tensor:
@@ -127,20 +126,20 @@ class FastMap(nn.Module):
 
     def forward(self, point: Tensor) -> Tensor:
         """Radiance map in W/(m² sr): [N, 3] -> [N, 16, 16, 3]."""
-        tilt = (self.sides(point) @ self.tilt.T).clamp(-MOST_GAIN, MOST_GAIN)
-        gain = torch.exp(tilt) * (self.scale * self.channels)
+        gain = torch.exp(self.log_tilt(point)) * (self.scale * self.channels)
         return (self.value(point, self.ceiling) * gain[:, None]).view(-1, SIZE, SIZE, 3)
 
     def knot_distances(self) -> list[float]:
         """Where the gain has its knots, in radii, up to `r_max`."""
         return np.geomspace(NEAREST, self.encoding.r_max, KNOTS).tolist()
 
-    def sides(self, point: Tensor) -> Tensor:
-        r"""What the logarithm of the gain is linear in, :math:`h_j Y`: [N, 3] -> [N, 150]."""
-        harmonics = self.harmonics(cap(point, self.encoding.sphere).axis)
-        share = log_distance(point, self.encoding.sphere, self.encoding.r_max)
-        hat = hats(share, self.encoding.r_max)
-        return torch.cat([harmonics * h[:, None] for h in hat], -1)
+    def log_tilt(self, point: Tensor) -> Tensor:
+        """Logarithm of the gain: [N, 3] -> [N, 3]."""
+        sphere, r_max = self.encoding.sphere, self.encoding.r_max
+        harmonics = self.harmonics(cap(point, sphere).axis)
+        hat = torch.stack(hats(log_distance(point, sphere, r_max), r_max))
+        tilt = torch.einsum("jn,nh,jch->nc", hat, harmonics, self.tilt)
+        return tilt.clamp(-MOST_GAIN, MOST_GAIN)
 
     def loss(self, point: Tensor, radiance: Tensor) -> Tensor:
         r"""Poisson deviance of cells, and of a map's sum (McCullagh & Nelder 1989).

@@ -12,9 +12,9 @@ from torch import nn
 from purelight_train.learning.flux_closure import (
     by_direction,
     cell_directions,
+    effective_size,
     escaping_flux,
     mean_of,
-    records_of,
     tilt,
 )
 from purelight_train.light.exit_records import ExitRecords
@@ -104,7 +104,7 @@ def _tilt(student: Student, told: Cells, direction: Float, weight: Cells) -> Non
     traced = by_direction(direction, weight)
     toward = torch.from_numpy(cell_directions()).to(student.tilt.device)
     harmonics = student.harmonics(toward).cpu().double().numpy()
-    records = records_of(weight)
+    records = effective_size(weight)
     for c in range(3):
         moments = mean_of(harmonics, traced[:, c])
         more = tilt(told[:, c], harmonics, moments, float(records[c]))

@@ -6,7 +6,6 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-from purelight_format.color import LUMINANCE
 from purelight_train.learning.aimed_samples import aimed_samples, cell_means
 from purelight_train.learning.cap_samples import CapSamples, learned_points
 from purelight_train.learning.map_closure import close_light
@@ -83,8 +82,8 @@ def _sampler_loss(
     gather: Callable[[Trainer], CapSamples],
 ) -> Callable[[Trainer, Sampler, int], Loss]:
     def loss(trainer: Trainer, sampler: Sampler, size: int) -> Loss:
-        usual = float(LUMINANCE @ trainer.lamp.description.even_map)
-        batches, tensors = SamplerBatches(trainer.data(gather), usual), trainer.stages.tensors
+        batches = SamplerBatches(trainer.data(gather), trainer.lamp.description)
+        tensors = trainer.stages.tensors
         return lambda rng: -sampler.log_density(*tensors(*batches.draw(rng, size))).mean()
 
     return loss

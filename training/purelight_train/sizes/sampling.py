@@ -10,7 +10,6 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
-from purelight_format.color import LUMINANCE
 from purelight_train.learning.aimed_samples import aimed_samples, cell_means
 from purelight_train.learning.cap_samples import CapSamples, learned_points
 from purelight_train.learning.map_closure import close_light
@@ -64,10 +63,9 @@ class SamplerSizes:
         even = CapSamples.gather(*seen, point, rng)
         return aimed_samples(even, pilot, *seen, stages.rng("aim", part))
 
-    @property
-    def _usual(self) -> float:
-        """Brightness of a usual view, in luminance."""
-        return float(LUMINANCE @ self.training.lamp.description.even_map)
+    def _batches(self, samples: CapSamples) -> SamplerBatches:
+        """What a sampler learns from."""
+        return SamplerBatches(samples, self.training.lamp.description)
 
     def _maps(self, samples: CapSamples) -> tuple[Tensor, ...]:
         """What a fast map learns from: points and estimates of their cells."""
@@ -99,7 +97,7 @@ class SamplerSizes:
         return preset, own
 
     def _trained_sampler(self, sized: Preset) -> Sampler:
-        batches, tensors = SamplerBatches(self.samples, self._usual), self.training.stages.tensors
+        batches, tensors = self._batches(self.samples), self.training.stages.tensors
         network = self._build("sampler", Sampler, sized)
 
         def loss(rng: np.random.Generator) -> Tensor:
@@ -112,7 +110,7 @@ class SamplerSizes:
     @torch.no_grad()
     def _nats(self, sampler: Sampler) -> float:
         """Minus the log-likelihood of held-out light under the defensive mixture."""
-        draws = SamplerBatches(self.held_out, self._usual).draw(np.random.default_rng(0), DRAWS)
+        draws = self._batches(self.held_out).draw(np.random.default_rng(0), DRAWS)
         b = sampler.uniform_fraction
         log = sampler.log_density(*self.training.stages.tensors(*draws))
         return -float(torch.log((1 - b) * torch.exp(log) + b).mean())
