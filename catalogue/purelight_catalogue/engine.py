@@ -128,7 +128,7 @@ def _outcome(future: Any, job: Job) -> Outcome | None:
         if future.status == "error":
             error = future.exception()
             return Outcome(job, f"{type(error).__name__}: {' '.join(str(error).split())[:200]}")
-    except CancelledError:
+    except (CancelledError, OSError):  # The second where the scheduler dies while it is asked
         pass
     return None
 

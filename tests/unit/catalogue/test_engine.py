@@ -4,18 +4,50 @@ from __future__ import annotations
 
 import os
 import signal
+import subprocess
+import sys
 import threading
+from collections.abc import Iterator
 from pathlib import Path
+from typing import NamedTuple
 
 import pytest
+from distributed import Client
 
-from benchmarks.catalogue.faults import Cluster
 from purelight_catalogue.engine import engine, run
 from purelight_catalogue.jobs import Job
 from purelight_catalogue.results import Results
 from purelight_format.errors import PureLightError
 
 Exported = tuple[Results, dict[str, list[Job]]]
+
+
+class Scheduler(NamedTuple):
+    """A scheduler of Dask in a process of its own, with a worker."""
+
+    address: str
+    process: subprocess.Popen[bytes]
+
+
+@pytest.fixture
+def scheduler(tmp_path: Path) -> Iterator[Scheduler]:
+    file = tmp_path / "scheduler.json"
+    where = ["--scheduler-file", str(file)]
+    dask = [sys.executable, "-m", "dask"]
+    quiet = ["--no-dashboard", "--host", "127.0.0.1", *where]
+    alone = ["--no-nanny", "--nthreads", "1", "--memory-limit", "0", "--resources", "GIB=8"]
+    with (
+        subprocess.Popen([*dask, "scheduler", *quiet, "--port", "0"]) as first,
+        subprocess.Popen([*dask, "worker", *quiet, *alone]) as worker,
+    ):
+        try:
+            with Client(scheduler_file=str(file), timeout=60) as client:
+                client.wait_for_workers(1, timeout=60)
+                address = client.scheduler.address
+            yield Scheduler(address, first)
+        finally:
+            first.kill()
+            worker.kill()
 
 
 def all_jobs(work: dict[str, list[Job]]) -> list[Job]:
@@ -52,19 +84,16 @@ def test_what_dask_lets_go_of_is_asked_for_again(exported: Exported, tmp_path: P
     assert {outcome.job.key for outcome in ended} == {job.key for job in jobs}
 
 
-def test_a_lost_scheduler_is_one_line(exported: Exported, tmp_path: Path) -> None:
+def test_a_lost_scheduler_is_one_line(
+    exported: Exported, scheduler: Scheduler, tmp_path: Path
+) -> None:
     results, work = exported
-    cluster = Cluster(tmp_path / "dask.txt", workers=1)
-    cluster.start()
-    try:
-        with engine(1, cluster.address) as client:
-            outcomes = run(client, all_jobs(work), results.folder, tmp_path / "logs")
-            next(outcomes)
-            cluster.kill_scheduler()
-            with pytest.raises(PureLightError, match="the scheduler is lost; start it again"):
-                list(outcomes)
-    finally:
-        cluster.stop()
+    with engine(1, scheduler.address) as client:
+        outcomes = run(client, all_jobs(work), results.folder, tmp_path / "logs")
+        next(outcomes)
+        scheduler.process.kill()
+        with pytest.raises(PureLightError, match="the scheduler is lost; start it again"):
+            list(outcomes)
 
 
 def test_who_begins_again_asks_for_what_is_missing_alone(
