@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -154,6 +155,11 @@ def reflected(finish: Finish, cosine: float) -> Array:
 
     By quadrature over the hemisphere, and over the facets of its specular lobe.
     """
+    return _integrated(replace(finish, name=""), cosine).copy()
+
+
+@lru_cache(1 << 12)  # Lamps have many parts, each of a material that the others have as well
+def _integrated(finish: Finish, cosine: float) -> Array:
     seen = np.array([[np.sqrt(1 - cosine**2), 0.0, cosine]])
     u, turn = _points()
     z, angle = (a.ravel() for a in np.meshgrid(np.sqrt(u), turn, indexing="ij"))
