@@ -20,13 +20,13 @@ import sys
 from pathlib import Path
 
 from benchmarks.zoo import published, sheet, table
-from benchmarks.zoo.record import STAGES, Record
+from benchmarks.zoo.record import PORTRAIT, STAGES, Record
 from benchmarks.zoo.runner import Job, Limits, jobs_of, run
 from benchmarks.zoo.settings import settings
 from purelight_format import atomic
 from purelight_format.errors import PureLightError
 
-PICTURES = ("portrait.png", "appearance.png", "transmittance.png", "room.png")
+PICTURES = (PORTRAIT, "appearance.png", "transmittance.png", "room.png")
 
 
 def main() -> int:
@@ -96,7 +96,7 @@ def report(folder: Path) -> str:
     atomic.write_bytes(folder / "zoo.md", text.encode())
     data = json.dumps(table.summary(records), indent=2) + "\n"
     atomic.write_bytes(folder / "zoo.json", data.encode())
-    portraits = {n: folder / n / "portrait.png" for n in records}
+    portraits = {n: folder / n / PORTRAIT for n in records}
     known = {n: file for n, file in portraits.items() if file.is_file()}
     for name in records:
         sheet.stacked(folder / name / "sheet.png", [folder / name / file for file in PICTURES])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import shutil
 from pathlib import Path
 
-from benchmarks.zoo.record import Record
+from benchmarks.zoo.record import PORTRAIT, Record
 from benchmarks.zoo.runner import Job
 from purelight_format import atomic
 
@@ -13,13 +13,17 @@ PUBLISHED = Path(__file__).parents[1] / "results" / "zoo"
 
 
 def publish(folder: Path, to: Path = PUBLISHED) -> None:
-    """Copy a seed's tables, portraits and measured records out of its folder, into `to`/SEED."""
-    target = to / folder.name
+    """Copy a seed's tables, portraits and measured records out of its folder, into `to`/SEED.
+
+    Portraits stay as they are where some lamps were not made here (`recall`).
+    """
+    target, made_here = to / folder.name, True
     for file in sorted(folder.glob("*/figures.json")):
         record = Record.open(file.parent)
         if record.stopped or "room" in record.stages:
             atomic.write_bytes(target / f"{file.parent.name}.json", file.read_bytes())
-    for name in ("zoo.md", "zoo.png"):
+        made_here &= bool(record.stopped) or (file.parent / PORTRAIT).is_file()
+    for name in ("zoo.md", "zoo.png")[: 1 + made_here]:
         if (folder / name).is_file():
             atomic.write_bytes(target / name, (folder / name).read_bytes())
 

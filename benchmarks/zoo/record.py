@@ -17,6 +17,7 @@ STAGES = (
     "flux", "floor", "reference", "far_field", "transmittance", "appearance", "sampler",
     "fast_map", "room", "near_field",
 )  # fmt: skip
+PORTRAIT = "portrait.png"
 NEEDED = STAGES[:4]  # without one of these there is nothing to measure
 Stage = dict[str, Any]
 

@@ -78,14 +78,20 @@ def unmeasured(record: Record) -> dict[str, str]:
 
 def codes(records: Rows) -> set[str]:
     """Versions of the code that the figures are of."""
-    return {s["code"] for r in records.values() for s in r.stages.values() if "code" in s}
+    return {code for r in records.values() for code in _codes(r)}
+
+
+def _codes(record: Record) -> list[str]:
+    """Versions of the code that a lamp's figures are of, the oldest first."""
+    return list(dict.fromkeys(s["code"] for s in record.stages.values() if "code" in s))
 
 
 def _lamps(records: Rows) -> str:
-    head = ["lamp", "traits", "R / m", "lights", *(c.title for c in COLUMNS)]
+    head = ["lamp", "code", "traits", "R / m", "lights", *(c.title for c in COLUMNS)]
     rows = [
         [
-            name, " ".join(record.lamp["traits"]), f"{record.lamp['radius_metres']:.3g}",
+            name, " ".join(code[:4] for code in _codes(record)),
+            " ".join(record.lamp["traits"]), f"{record.lamp['radius_metres']:.3g}",
             str(record.lamp["emitters"]), *(c.cell(record) for c in COLUMNS),
         ]
         for name, record in records.items()

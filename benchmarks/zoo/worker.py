@@ -23,7 +23,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.zoo.lamps.lamp import Lamp, make
-from benchmarks.zoo.record import NEEDED, STAGES, Record, code_digest
+from benchmarks.zoo.record import NEEDED, PORTRAIT, STAGES, Record, code_digest
 from benchmarks.zoo.settings import Settings, settings
 from purelight_format import atomic
 from purelight_format.errors import PureLightError
@@ -102,7 +102,7 @@ class Worker:
         shutil.rmtree(self.scene.parent, ignore_errors=True)
         self.lamp.write(self.scene.parent)
         self.lamp.write_description(self.scene.parent)
-        atomic.write_bytes(self.folder / "portrait.png", png(portrait(self.lamp), -0.5))
+        atomic.write_bytes(self.folder / PORTRAIT, png(portrait(self.lamp), -0.5))
         return self.lamp.description()
 
     def _train(self) -> Figures:

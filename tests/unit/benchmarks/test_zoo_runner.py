@@ -16,10 +16,11 @@ from benchmarks.zoo.__main__ import report
 from benchmarks.zoo.columns import COLUMNS
 from benchmarks.zoo.lamps.lamp import make
 from benchmarks.zoo.published import publish, recall
-from benchmarks.zoo.record import STAGES, Record
+from benchmarks.zoo.record import PORTRAIT, STAGES, Record
 from benchmarks.zoo.runner import Job, Limits, resident, run
 from benchmarks.zoo.settings import TINY, settings
 from benchmarks.zoo.worker import Worker, attempt, command
+from purelight_format import atomic
 from purelight_format.errors import PureLightError
 
 ENDLESS = Limits(60, float("inf"))
@@ -90,6 +91,31 @@ def test_a_published_record_that_does_not_do_is_left(tmp_path: Path, fault: str)
     file.write_text(json.dumps(data))
     assert not recall(one, tmp_path / "kept")
     assert not Record(one.folder).path.exists()
+
+
+@pytest.mark.parametrize("all_made_here", [False, True])
+def test_portraits_are_published_where_all_lamps_have_one(
+    tmp_path: Path, all_made_here: bool
+) -> None:
+    folder, kept = tmp_path / "1", tmp_path / "kept"
+    made = finished(folder / "03-desk").folder, finished(folder / "04-screen").folder
+    for one in made[: 1 + all_made_here]:
+        (one / PORTRAIT).write_bytes(b"a lamp")
+    for name in ("zoo.md", "zoo.png"):
+        (folder / name).write_text("new")
+        atomic.write_bytes(kept / "1" / name, b"old")
+    publish(folder, kept)
+    assert (kept / "1" / "zoo.md").read_text() == "new"
+    assert (kept / "1" / "zoo.png").read_text() == ("new" if all_made_here else "old")
+
+
+def test_rows_tell_which_code_they_are_of(tmp_path: Path) -> None:
+    old, new = finished(tmp_path / "03-desk"), finished(tmp_path / "04-screen")
+    old.stages["room"]["code"] = "bcdefg"
+    text = table.markdown({"03-desk": old, "04-screen": new})
+    assert "2 lamps, 2 measured, code a, bcdefg" in text
+    assert "| 03-desk | a bcde |" in text
+    assert "| 04-screen | a |" in text
 
 
 def test_a_record_does_not_tell_where_it_was_made(tmp_path: Path) -> None:
