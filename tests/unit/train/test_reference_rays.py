@@ -87,3 +87,38 @@ def test_light_is_drawn_more_often(rays: Any) -> None:
     (dark,) = rays.log_ratio(at[1:], up, up, np.array([1]))
     assert beam > np.log(20)
     assert dark == pytest.approx(np.log(0.5), abs=0.1)
+
+
+def test_flux_is_of_the_rays_that_escape(rays: Any) -> None:
+    """Above the small square all do; its back sees the large one, which takes what it meets."""
+    from purelight_train.learning.flux_closure import escaping_flux
+
+    def radiance(position: Any, normal: Any, outgoing: Any) -> np.ndarray:
+        small = position[:, 2] > 0.2
+        above, below = small & (normal[:, 2] > 0), small & (normal[:, 2] < 0)
+        return np.stack([above, below, 0 * above], 1).astype(np.float32)
+
+    parts: list[float] = []
+    flux, error = escaping_flux(
+        rays, radiance, np.random.default_rng(4), precision=0.02, progress=parts.append
+    )
+    whole = np.pi * 0.6**2
+    assert abs(flux[0] - whole) < 4.5 * error[0]
+    assert error[0] < flux[0] * 0.02
+    assert 0.1 * whole < flux[1] < 0.7 * whole
+    assert flux[2] == 0
+    assert 0 < parts[0] <= 1
+    assert parts[-1] == 1
+
+
+def test_flux_ends_at_the_most_rays(rays: Any) -> None:
+    """However far its precision is, which is then told by the rays."""
+    from purelight_train.learning.flux_closure import PASS, escaping_flux
+
+    def radiance(position: Any, normal: Any, outgoing: Any) -> np.ndarray:
+        return np.ones_like(position)
+
+    parts: list[float] = []
+    rng = np.random.default_rng(5)
+    escaping_flux(rays, radiance, rng, precision=1e-7, most=2 * PASS, progress=parts.append)
+    assert parts == [0.5, 1]

@@ -20,6 +20,7 @@ BANDS, AROUND = 64, 128  # cells of directions, of equal solid angle
 USUAL_TILT = 0.1  # of a coefficient; more has to be shown by many records
 NEAR = 1e-9  # of moments
 Visitor = Callable[[Float, NDArray[np.float64]], None]
+Progress = Callable[[float], None]
 
 
 def escaping_flux(
@@ -30,6 +31,7 @@ def escaping_flux(
     precision: float = 1.5e-3,
     most: int = 1 << 24,
     visit: Visitor = lambda direction, power: None,
+    progress: Progress = lambda _: None,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     r"""Flux of the rays that leave the surface and do not meet it again.
 
@@ -43,6 +45,7 @@ def escaping_flux(
         most: rays at most.
         visit: called with the directions [N, 3] and powers [N, 3] of each pass of `PASS` rays,
             whose mean over all passes is the flux in W.
+        progress: called with the part of the work that is done, as far as is known by then.
 
     Returns:
         flux and standard error in W per channel, each [3].
@@ -54,9 +57,20 @@ def escaping_flux(
         first, second, count = first + value.sum(0), second + (value**2).sum(0), count + PASS
         mean = first / count
         error = np.sqrt(np.maximum(second / count - mean**2, 0) / count)
-        if (error <= precision * mean).all():
+        done = _part_known(mean, error, precision)
+        progress(max(done, count / most))
+        if done == 1:
             break
     return mean, error
+
+
+def _part_known(mean: NDArray[np.float64], error: NDArray[np.float64], precision: float) -> float:
+    """Rays so far over those that a precision takes, 0 to 1: errors fall by their root."""
+    allowed = precision * mean
+    if (error <= allowed).all():
+        return 1.0
+    far = error > allowed
+    return float(((allowed[far] / error[far]) ** 2).min())
 
 
 def escaping_rays(

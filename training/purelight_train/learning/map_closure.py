@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import torch
 from numpy.typing import NDArray
@@ -19,7 +21,9 @@ Cells = NDArray[np.float64]
 
 
 @torch.no_grad()
-def close_light(network: FastMap, records: ExitRecords) -> None:
+def close_light(
+    network: FastMap, records: ExitRecords, progress: Callable[[int], None] = lambda _: None
+) -> None:
     r"""Give the light of a map the flux and the harmonics of traced light, near and far.
 
     Whatever leaves a lamp crosses every sphere around it. How much crosses where, the map says in
@@ -30,6 +34,7 @@ def close_light(network: FastMap, records: ExitRecords) -> None:
     Arguments:
         network: trained, with a tilt of zero.
         records: traced light, of which that which escapes counts.
+        progress: called with the knots done so far.
     """
     sphere, toward = network.encoding.sphere, fibonacci_lattice(PLACES)
     escaped = records.take(records.escaped)
@@ -45,6 +50,7 @@ def close_light(network: FastMap, records: ExitRecords) -> None:
             log_gain = _closed(told[:, c], features @ more, float(weight[:, c].sum()))
             found[knot, c] = more
             found[knot, c, 0] += log_gain / features[0, 0]  # Of which the first is constant
+        progress(knot + 1)
     network.tilt.copy_(torch.from_numpy(found))
 
 

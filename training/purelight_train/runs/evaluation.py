@@ -22,6 +22,7 @@ from purelight_train.light.exit_surface import ExitSurface
 from purelight_train.light.radiance_field import Float, Radiance, portrait
 from purelight_train.networks.student import MAX_LOG, Student
 from purelight_train.runs.preview import save_row
+from purelight_train.runs.progress import Bar
 from purelight_train.runs.run_directory import RunDirectory
 from purelight_train.runs.traced_lamp import TracedLamp
 
@@ -83,15 +84,22 @@ def close_flux(
 ) -> None:
     """Make the student's escaping flux the light-traced one, in all and by direction."""
     cells: list[Cells] = []
-    integral, _ = escaping_flux(
-        lamp.reference_rays, radiance, rng,
-        visit=lambda direction, power: cells.append(by_direction(direction, power)),
-    )  # fmt: skip
+    with _flux_bar("flux of the student") as bar:
+        integral, _ = escaping_flux(
+            lamp.reference_rays, radiance, rng,
+            visit=lambda direction, power: cells.append(by_direction(direction, power)),
+            progress=bar.part,
+        )  # fmt: skip
     flux = np.asarray(lamp.description.flux)
     gain = np.divide(flux, integral, out=np.ones(3), where=integral > 0)
     student.gain.copy_(student.gain.cpu() * torch.from_numpy(gain))
     escaped = lamp.records.take(lamp.records.escaped)
     _tilt(student, np.sum(cells, 0), escaped.direction, escaped.weight.astype(np.float64))
+
+
+def _flux_bar(title: str) -> Bar:
+    """Of an integral of as many rays as its precision takes."""
+    return Bar(title, 100, "%", lambda _: None)
 
 
 def _tilt(student: Student, told: Cells, direction: Float, weight: Cells) -> None:
@@ -118,7 +126,8 @@ def fidelity(radiance: Radiance, lamp: TracedLamp, rng: np.random.Generator) -> 
         its flux and the standard error of that in W, and the mean log-likelihood of light it was
         not trained on, in nats over a uniform Lambertian surface of the same flux.
     """
-    flux, error = escaping_flux(lamp.reference_rays, radiance, rng)
+    with _flux_bar("flux, for the metrics") as bar:
+        flux, error = escaping_flux(lamp.reference_rays, radiance, rng, progress=bar.part)
     return {
         "student_flux": flux.tolist(),
         "student_flux_error": error.tolist(),

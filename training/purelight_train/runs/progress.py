@@ -50,6 +50,10 @@ class Bar:
             self.bar.set_postfix_str(f"loss {loss:.4g}", refresh=False)
         self.bar.update(min(done, self.bar.total) - self.bar.n)
 
+    def part(self, done: float) -> None:
+        """So much of the whole is done, 0 to 1."""
+        self(round(done * self.bar.total))
+
     def __exit__(self, *_: object) -> None:
         self.bar.close()
         self.finished(time.monotonic() - self.start)

@@ -106,11 +106,12 @@ class Stages:
         record = {"seconds": round(time.monotonic() - start, 2), **trace.to_dict()}
         self.run.save(name, module, record)
 
-    def try_out(self, module: nn.Module, loss: Loss, settings: Optimisation) -> None:
+    def try_out(self, name: str, module: nn.Module, loss: Loss, settings: Optimisation) -> None:
         """Optimise a network that the run may not keep; an interrupted one begins anew."""
         checkpoint = self.run.path / "checkpoints" / "trial.safetensors"
         checkpoint.unlink(missing_ok=True)
-        optimise(module, loss, settings, self.seed, checkpoint, lambda *_: None)
+        with Bar(name, settings.steps, "step", lambda _: None) as update:
+            optimise(module, loss, settings, self.seed, checkpoint, update)
 
     def tensors(self, *arrays: NDArray[np.float32]) -> tuple[Tensor, ...]:
         """Arrays as tensors on the run's device."""

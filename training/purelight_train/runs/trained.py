@@ -16,6 +16,7 @@ from purelight_train.networks.student import Student
 from purelight_train.networks.transparency import Transparency
 from purelight_train.presets import Optimisation
 from purelight_train.runs.evaluation import as_function
+from purelight_train.runs.progress import Bar
 from purelight_train.runs.stages import Loss
 from purelight_train.runs.trainer import Float, Trained, Trainer, over
 
@@ -110,7 +111,9 @@ def cells(trainer: Trainer) -> tuple[Float, Float]:
 
 def _close(trainer: Trainer, fast_map: FastMap) -> None:
     fast_map.set_ceiling(*trainer.stages.tensors(trainer.data(cells)[1]))
-    close_light(fast_map, trainer.lamp.records)
+    knots = len(fast_map.tilt)
+    with Bar("light of the fast map", knots, "distance", lambda _: None) as update:
+        close_light(fast_map, trainer.lamp.records, update)
 
 
 FAST_MAP = Trained(

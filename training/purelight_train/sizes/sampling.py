@@ -104,7 +104,8 @@ class SamplerSizes:
             z, point = tensors(*batches.draw(rng, SAMPLER.batch))
             return -network.log_density(z, point).mean()
 
-        self.training.stages.try_out(network, loss, SAMPLER)
+        name = f"sampler {sized.sampler_flow.network.width}"
+        self.training.stages.try_out(name, network, loss, SAMPLER)
         return network
 
     @torch.no_grad()
@@ -134,7 +135,8 @@ class SamplerSizes:
         def loss(rng: np.random.Generator) -> Tensor:
             return network.loss(*rows(data, rng, FAST_MAP.batch))
 
-        self.training.stages.try_out(network, loss, FAST_MAP)
+        name = f"fast map {sized.fast_map_network.width}"
+        self.training.stages.try_out(name, network, loss, FAST_MAP)
         network.set_ceiling(data[1])
         close_light(network, self.training.lamp.records)
         return network

@@ -114,7 +114,8 @@ class StudentSize:
         def batch_loss(rng: np.random.Generator) -> Tensor:
             return self.loss(student, rows(self.data, rng, settings.batch))
 
-        self.stages.try_out(student, batch_loss, settings)
+        size = rung.preset.student_network
+        self.stages.try_out(f"student {size.width} x {size.depth}", student, batch_loss, settings)
         return student
 
     def _most_gain(self) -> Tensor:

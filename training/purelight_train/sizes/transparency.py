@@ -75,7 +75,8 @@ class TransparencySize:
         def loss(rng: np.random.Generator) -> Tensor:
             return network.loss(*rows(data, rng, TRAINING.batch))
 
-        stages.try_out(network, loss, TRAINING)
+        width = preset.transparency_network.width
+        stages.try_out(f"transparency {width}", network, loss, TRAINING)
         return network
 
 
