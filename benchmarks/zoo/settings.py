@@ -15,7 +15,8 @@ class Settings:
     """The preset that trains, and the sizes of the figures.
 
     Arguments:
-        floor_paths: light paths of the floor's own truth; `reference_paths` of Mitsuba's.
+        floor_paths: light paths of the floor's own truth; `reference_paths` of Mitsuba's light
+            tracer, and a sixteenth of its path tracer's.
         view_size, view_paths, view_spp: pixels a side, paths of the truth, rays of the student.
         glass_size, glass_spp: of the pictures before a bright background.
         room_size, room_paths, room_spp: of the closed room.
