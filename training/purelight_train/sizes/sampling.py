@@ -121,11 +121,11 @@ class SamplerSizes:
     def _fast_map(self, preset: Preset) -> tuple[Preset, FastMap]:
         own, size = self.training.network(trained.FAST_MAP), self.training.preset.fast_map_network
         held_out = self._maps(self.held_out)
-        bound = _deviance(own, held_out) + self.target
+        bound = _held_out_loss(own, held_out) + self.target
         for width in narrower(size.width):
             sized = replace(preset, fast_map_network=MLPSize(width, DEPTH), fast_map_one_hot=False)
             network = self._trained_map(sized)
-            if _deviance(network, held_out) <= bound:
+            if _held_out_loss(network, held_out) <= bound:
                 return sized, network
         return preset, own
 
@@ -146,7 +146,7 @@ class SamplerSizes:
 
 
 @torch.no_grad()
-def _deviance(fast_map: FastMap, held_out: tuple[Tensor, ...]) -> float:
+def _held_out_loss(fast_map: FastMap, held_out: tuple[Tensor, ...]) -> float:
     """Of a map over held-out estimates, in nats; their noise adds the same to every map's."""
     return float(fast_map.loss(*held_out))
 
