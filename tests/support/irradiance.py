@@ -51,7 +51,7 @@ def path_traced(mi: Any, parts: dict[str, Any]) -> tuple[np.ndarray, np.ndarray]
         "meter": {"type": "irradiancemeter", "film": film},
     }
     room = mi.load_dict({"type": "scene", **parts, "floor": floor})
-    integrator = mi.load_dict({"type": "volpath", "max_depth": 64, "rr_depth": 32})
+    integrator = mi.load_dict({"type": "volpath", "max_depth": 256, "rr_depth": 256})
     passes = [
         np.array(mi.render(room, sensor=0, integrator=integrator, spp=SAMPLES, seed=seed))
         for seed in range(PASSES)

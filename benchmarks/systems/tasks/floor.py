@@ -47,7 +47,7 @@ class Floor(JudgedTask):
         floor = wall((0, 0, -BELOW * unit), 3, (SIDE * unit, SIDE * unit))
         part = matt("floor", floor, (ALBEDO,) * 3)
         lamps = placing.elements(subject, lamp, folder)
-        return placing.write(folder, self.name, lamp, sensor, [part], lamps)
+        return placing.write(folder, self.name, placing.in_the_open(lamp), sensor, [part], lamps)
 
     def figures(self, subject: Subject, picture: Picture, truth: Truth) -> Figures:
         """Illuminance in lux and its relative errors; uniformity U0 is least over mean.

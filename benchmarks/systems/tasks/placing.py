@@ -9,6 +9,7 @@ that they may be `enlarged`; what they lose of it is the lift of a matt floor.
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
+from dataclasses import replace
 from pathlib import Path
 
 from benchmarks.systems.protocol import Subject
@@ -18,6 +19,7 @@ from purelight_format.camera import Camera
 from purelight_format.measures import BoundingSphere
 
 RADIUS = 20.0  # of an enlarged lamp, in m
+ROULETTE = 16  # bounces before it in the open, least noisy at equal time by `benchmarks.roulette`
 
 
 def factor(subject: Subject, lamp: LampChoice) -> float:
@@ -29,6 +31,11 @@ def factor(subject: Subject, lamp: LampChoice) -> float:
 def sphere(subject: Subject, lamp: LampChoice) -> BoundingSphere:
     """The lamp's bounding sphere in its scene, about the origin."""
     return BoundingSphere((0.0, 0.0, 0.0), factor(subject, lamp) * subject.radius)
+
+
+def in_the_open(lamp: LampChoice) -> LampChoice:
+    """The lamp with the settings that are best for it where no room sends light back."""
+    return replace(lamp, roulette=ROULETTE) if isinstance(lamp, RealLamp) else lamp
 
 
 def elements(subject: Subject, lamp: LampChoice, folder: Path) -> list[ET.Element]:

@@ -42,7 +42,9 @@ class Roughness(JudgedTask):
         unit = placing.sphere(subject, lamp).radius
         sensor = placing.pinhole((self.size, self.size), EYE, AIM, FOV, unit)
         lamps = placing.elements(subject, lamp, folder)
-        return placing.write(folder, self.name, lamp, sensor, strips(unit), lamps)
+        return placing.write(
+            folder, self.name, placing.in_the_open(lamp), sensor, strips(unit), lamps
+        )
 
     def mask(self, subject: Subject, scene: Any) -> Mask:
         """The strips, but where the lamp is in front of them."""

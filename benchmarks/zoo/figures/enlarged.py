@@ -23,7 +23,8 @@ from purelight_train.truth.plane import Plane
 
 RADIUS = 20.0  # metres; rays are then lifted by a ten-thousandth of it
 LIGHT_TRACING = {"type": "ptracer", "max_depth": -1, "rr_depth": 8}
-PATH_TRACING = {"type": "volpath", "max_depth": 64, "rr_depth": 32}
+# Roulette before that thins out what nested glass throws about, to a few paths that weigh much
+PATH_TRACING = {"type": "volpath", "max_depth": 256, "rr_depth": 256}
 UNSUITED = {"medium", "bump"}  # what `ptracer` ignores, or takes for a shading normal
 
 

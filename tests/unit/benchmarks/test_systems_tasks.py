@@ -82,6 +82,18 @@ def test_own_size_and_enlarged_look_alike(task: JudgedTask, ball: Subject) -> No
     assert images[1].mean() == pytest.approx(images[0].mean(), rel=0.03)
 
 
+@pytest.mark.parametrize("task", TASKS, ids=lambda task: task.name)
+def test_roulette_begins_later_where_no_room_sends_light_back(
+    task: JudgedTask, ball: Subject
+) -> None:
+    path = task.scene(ball, RealLamp(ball.scene), ball.scene.parent)
+    integrator = ET.parse(path).getroot().find("integrator")
+    assert integrator is not None
+    depth = integrator.find("integer[@name='rr_depth']")
+    assert depth is not None
+    assert depth.get("value") == ("16" if task.name in {"floor", "roughness"} else "8")
+
+
 def test_light_traced_truth_agrees_with_path_tracing(ball: Subject) -> None:
     task = Room(12)
     truth = task.truth(ball, ball.run / "truth", 1 << 18)

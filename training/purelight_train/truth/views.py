@@ -50,7 +50,7 @@ def path_traced(
             that are not perfectly smooth).
     """
     camera = mi.load_dict(lens.sensor())
-    method = mi.load_dict({"type": integrator, "max_depth": 64, "rr_depth": 16})
+    method = mi.load_dict({"type": integrator, "max_depth": 256, "rr_depth": 256})
     sums = Passes()
     for i in range(passes):
         image = mi.render(scene, sensor=camera, integrator=method, spp=spp, seed=seed + i)
