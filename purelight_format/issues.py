@@ -247,6 +247,7 @@ _TABLE = (
          "conformance.md#g4"),
     Code("PLX_GOLDEN_BROKEN", "the network fails on its golden vectors: {what}",
          "conformance.md#g4"),
+    Code("PLX_GOLDEN_RANGE", "{count} values are not {expected}", "conformance.md#g5"),
     # The validator itself
     Code("PLX_VALIDATOR_FAULT",
          "the validator failed, so the bundle counts as invalid; please report it: {what}",

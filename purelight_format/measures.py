@@ -23,6 +23,7 @@ FAR = 1e15  # Radii; farther points count as this far, so that squares stay fini
 OUTSIDE = 1 + 1e-6  # Radii; a nearer point is served as if it were inside the sphere.
 AHEAD = 1.5  # Bound on 1 - cos that tells the axis from its opposite, where x = y = 0 as well.
 MAP_SIDE = 16  # Cells of the radiance map along a side.
+STRAIGHT = 1e-8  # Of a transform's last row.
 UNEVEN = 1e-4  # Relative; a scene file gives matrices with about six digits.
 
 
@@ -320,7 +321,9 @@ class Placement:
         """
         matrix = np.asarray(matrix, np.float64).reshape(4, 4)
         linear, translation = matrix[:3, :3], matrix[:3, 3]
-        if not np.isfinite(matrix).all() or not np.allclose(matrix[3], [0, 0, 0, 1]):
+        if not np.isfinite(matrix).all() or not np.allclose(
+            matrix[3], [0, 0, 0, 1], rtol=0, atol=STRAIGHT
+        ):
             raise PureLightError(f"{name}: to_world is not a finite affine transform")
         volume = np.linalg.det(linear)
         if volume <= 0:
@@ -330,7 +333,7 @@ class Placement:
             )
         scale = float(np.cbrt(volume))
         rotation = linear / scale
-        if not np.allclose(rotation @ rotation.T, np.eye(3), atol=UNEVEN):
+        if not np.allclose(rotation @ rotation.T, np.eye(3), rtol=0, atol=UNEVEN):
             raise PureLightError(
                 f"{name}: to_world shears or scales the axes differently; the light of a lamp is "
                 "only known up to a uniform scale"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -100,10 +101,17 @@ def _kind(kind: Kind) -> dict[str, Any]:
         "inputs": {name: list(given.shape) for name, given in kind.inputs.items()},
         "outputs": {name: list(answer.shape) for name, answer in kind.outputs.items()},
         "units": {name: [at_zero[name], at_one[name] - at_zero[name]] for name in at_zero},
+        "ranges": {name: _range(answer.range) for name, answer in kind.outputs.items()},
+        "shining": [name for name, answer in kind.outputs.items() if answer.shines],
         "needs": list(kind.needs),
         "required": kind.required,
         "ability": kind.ability,
     }
+
+
+def _range(limits: tuple[float, float]) -> list[float | None]:
+    """A least and a largest value; JSON knows no infinity."""
+    return [limit if math.isfinite(limit) else None for limit in limits]
 
 
 def module() -> str:

@@ -326,6 +326,7 @@ FAULTS: dict[str, Make] = {
     "PLX_GOLDEN_TOLERANCE_INVALID": scaled(TOLERANCE, -1),
     "PLX_GOLDEN_TOLERANCE_LOOSE": scaled(TOLERANCE, 1e6),
     "PLX_GOLDEN_MISMATCH": scaled(RADIANCE, 2),
+    "PLX_GOLDEN_RANGE": scaled(RADIANCE, -1),
     "PLX_PREVIEW_INVALID": member(PREVIEW, b"GIF89a"),
     "PLX_PHOTOMETRY_INVALID": member(PHOTOMETRY, b"<html>"),
 }  # fmt: skip

@@ -128,6 +128,23 @@ class Client:
         except PureLightError as error:
             raise HostError(f"the host's answer to {what}: {error}") from error
 
+    def end(self) -> None:
+        """Ends the host's input, upon which it must end with exit code 0 (H1).
+
+        Raises:
+            HostError: If it does not.
+        """
+        assert self._process.stdin is not None
+        with suppress(OSError):
+            self._process.stdin.close()
+        try:
+            code = self._process.wait(self._timeout)
+        except subprocess.TimeoutExpired:
+            text = f"the host did not end within {self._timeout:g} s of the end of its input"
+            raise HostError(text) from None
+        if code:
+            raise HostError(f"the host ended with exit code {code} at the end of its input, not 0")
+
     def _ask(self, what: str, request: Mapping[str, Any]) -> dict[str, Any]:
         self._count += 1
         line = protocol.dumps({"id": self._count, **request})

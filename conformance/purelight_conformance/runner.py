@@ -58,6 +58,7 @@ def run(
             if statistics:
                 progress(len(arranged), len(arranged), "statistics")
                 results |= {result.vectors.id: result for result in session.draw()}
+            client.end()
         except HostError as error:
             report.fault = str(error)
     ordered = [results.pop(v.id) for v in suite.sets if v.id in results]

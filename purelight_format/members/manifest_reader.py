@@ -8,7 +8,8 @@ from typing import Any
 
 from purelight_format.issues import LONGEST, Findings, issue
 
-VERSION = re.compile(r"(0|[1-9]\d{0,3})\.(0|[1-9]\d{0,3})")
+VERSION = re.compile(r"(0|[1-9][0-9]{0,3})\.(0|[1-9][0-9]{0,3})")
+ABSENT = object()  # What a field is that is not there; null is a value, and none that fits.
 DIGEST = re.compile(r"[0-9a-f]{64}")
 
 
@@ -40,7 +41,7 @@ class Reader:
 
     def _get(self, key: str) -> Any:
         self._known.add(key)
-        return self._value.get(key)
+        return self._value.get(key, ABSENT)
 
     def _wrong(self, key: str, expected: str) -> None:
         self.add("PLX_MANIFEST_SCHEMA", key, expected=expected)
@@ -55,7 +56,7 @@ class Reader:
 
     def optional_text(self, key: str, longest: int) -> str | None:
         """A printable string, or nothing."""
-        return None if self._get(key) is None else self.text(key, longest)
+        return None if self._get(key) is ABSENT else self.text(key, longest)
 
     def digest(self, key: str) -> str:
         """A SHA-256 in lower-case hexadecimal."""
@@ -84,7 +85,7 @@ class Reader:
     def fraction(self, key: str) -> float | None:
         """A number above 0, at most 1; or nothing."""
         value = self._get(key)
-        if value is None:
+        if value is ABSENT:
             return None
         if _is_number(value) and 0 < value <= 1:
             return float(value)
@@ -94,7 +95,7 @@ class Reader:
     def within(self, key: str, low: float, high: float, default: float) -> float:
         """A number in a range; the default if there is none."""
         value = self._get(key)
-        if value is None:
+        if value is ABSENT:
             return default
         if _is_number(value) and low <= value <= high:
             return float(value)
@@ -104,8 +105,8 @@ class Reader:
     def flag(self, key: str, default: bool) -> bool:
         """A truth value; the default if there is none."""
         value = self._get(key)
-        if value is None or isinstance(value, bool):
-            return default if value is None else value
+        if value is ABSENT or isinstance(value, bool):
+            return default if value is ABSENT else bool(value)
         self._wrong(key, "must be a truth value")
         return default
 
@@ -114,7 +115,7 @@ class Reader:
     ) -> tuple[float, float, float]:
         """Three numbers in [0, 1]; the default if there are none."""
         value = self._get(key)
-        if value is None and default is not None:
+        if value is ABSENT and default is not None:
             return default
         if isinstance(value, list) and len(value) == 3:
             r, g, b = (float(x) if _is_number(x) and 0 <= x <= 1 else -1.0 for x in value)
@@ -157,7 +158,7 @@ class Reader:
             too_many: the code of the issue if it has more.
         """
         value, pointer = self._get(key), f"{self.pointer}/{_escaped(key)}"
-        if value is None:
+        if value is ABSENT:
             return []
         if not isinstance(value, list):
             self._wrong(key, "must be a list")
@@ -170,7 +171,7 @@ class Reader:
     def free(self, key: str) -> dict[str, Any]:
         """An object of any content; empty if it is not there."""
         value = self._get(key)
-        if value is None:
+        if value is ABSENT:
             return {}
         if isinstance(value, dict):
             return value

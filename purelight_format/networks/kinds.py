@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -52,10 +53,19 @@ class Yardstick:
 
 @dataclass(frozen=True)
 class Output:
-    """What a network answers: the shape of one sample, and how errors of it are measured."""
+    """What a network answers.
+
+    Arguments:
+        shape: of one sample.
+        yardstick: how errors of it are measured.
+        range: its least and its largest value.
+        shines: whether it is light, which is zero in a channel that carries no flux.
+    """
 
     shape: Shape
     yardstick: Yardstick
+    range: tuple[float, float] = (-math.inf, math.inf)
+    shines: bool = False
 
 
 @dataclass(frozen=True)
@@ -101,38 +111,42 @@ RADIANCE = Yardstick("log1p error", lambda scale: scale, _logarithmic)
 DENSITY = Yardstick("relative error", lambda _: 0.0, _relative)
 PLAIN = Yardstick("error", lambda _: 1.0, _plain)  # Of directions, and of what is about one.
 
+POSITIVE = (0.0, math.inf)
 POINT, DIRECTION, SQUARE = Input((3,)), Input((3,), unit=True), Input((2,), square=True)
 SURFACE = {"position": POINT, "normal": DIRECTION, "outgoing": DIRECTION}
 
 KINDS = {
     "appearance": Kind(
         inputs=SURFACE,
-        outputs={"radiance": Output((3,), RADIANCE)},
+        outputs={"radiance": Output((3,), RADIANCE, POSITIVE, shines=True)},
         probes=surface_probes,
         ability="be looked at, and light a room",
         required=True,
     ),
     "transparency": Kind(
         inputs=SURFACE,
-        outputs={"transmittance": Output((3,), PLAIN)},
+        outputs={"transmittance": Output((3,), PLAIN, (0.0, 1.0))},
         probes=surface_probes,
         ability="be seen through",
     ),
     "sampler": Kind(
         inputs={"point": POINT, "u": SQUARE},
-        outputs={"toward": Output((3,), PLAIN), "pdf_solid_angle": Output((), DENSITY)},
+        outputs={
+            "toward": Output((3,), PLAIN),
+            "pdf_solid_angle": Output((), DENSITY, POSITIVE),
+        },
         probes=sampler_probes,
         ability="sample its own light (accurate mode)",
         needs=("sampler_pdf",),
     ),
     "sampler_pdf": Kind(
         inputs={"point": POINT, "toward": DIRECTION},
-        outputs={"pdf_solid_angle": Output((), DENSITY)},
+        outputs={"pdf_solid_angle": Output((), DENSITY, POSITIVE)},
         probes=pdf_probes,
     ),
     "fast_map": Kind(
         inputs={"point": POINT},
-        outputs={"radiance_map": Output((16, 16, 3), RADIANCE)},
+        outputs={"radiance_map": Output((16, 16, 3), RADIANCE, POSITIVE, shines=True)},
         probes=point_probes,
         ability="light from a 16 x 16 map (fast mode)",
     ),

@@ -168,6 +168,8 @@ def _require_counts(graph: Any, where: str, limits: Limits) -> None:
     if len(graph.initializer) > limits.initializers:
         _too_large(where, "initializers", len(graph.initializer), limits.initializers)
     named = [node.name for node in graph.node if node.name]
+    if not all(map(_is_name, named)):
+        fail("PLX_ONNX_NAME_INVALID", where)
     if len(set(named)) != len(named):
         fail("PLX_ONNX_DUPLICATE_NAME", where, name="of a node")
 
@@ -227,9 +229,13 @@ def _has_other_data(tensor: Any) -> bool:
 # Nodes
 
 
+def _is_name(name: str | bytes) -> bool:
+    """Whether it is printable; one that is not UTF-8 comes from protobuf as bytes."""
+    return isinstance(name, str) and bool(name) and name.isprintable()
+
+
 def _define(values: dict[str, Tensor], name: str, tensor: Tensor, where: str) -> None:
-    # A name that is not UTF-8 comes from protobuf as bytes.
-    if not isinstance(name, str) or not name or not name.isprintable():
+    if not _is_name(name):
         fail("PLX_ONNX_NAME_INVALID", where)
     if name in values:
         fail("PLX_ONNX_DUPLICATE_NAME", where, name=name[:80])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -161,3 +161,20 @@ def _result(results: Mapping[str, np.ndarray], name: str, shape: tuple[int, ...]
     if result.shape != shape:
         raise PureLightError(f"{name} has the shape {result.shape}, but must have {shape}")
     return result
+
+
+def beyond(
+    vectors: Vectors, name: str, channels: tuple[bool, bool, bool]
+) -> Iterator[tuple[int, str]]:
+    """What an output cannot be but for its tolerance: how many values, and what is expected.
+
+    Arguments:
+        name: of the output.
+        channels: which of R, G and B carry flux.
+    """
+    answer, output = KINDS[vectors.network].outputs[name], vectors.outputs[name]
+    slack, (least, most) = vectors.tolerances[name], answer.range
+    if count := int(((output < least - slack) | (output > most + slack)).sum()):
+        yield count, f"at least {least:g}" + ("" if most == math.inf else f", at most {most:g}")
+    if answer.shines and (count := int((abs(output) > slack)[..., ~np.array(channels)].sum())):
+        yield count, "0, as light is in a channel that carries no flux"

@@ -73,7 +73,7 @@ def _in_metres(layer: Prim) -> bool:
 
 
 def _check_path(path: str, name: str, members: Container[str]) -> Iterator[Issue]:
-    target = posixpath.normpath(posixpath.join(posixpath.dirname(name), path))
+    target = posixpath.normpath(path)  # The layer lies in no folder (U1).
     if not path.startswith("./") or ".." in path.split("/") or re.search(r"[\\:\[\]]", path):
         yield issue("PLX_USD_PATH", name, path=path[:200])
     elif target == name:

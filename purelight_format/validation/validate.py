@@ -216,7 +216,7 @@ def _digests(examination: Examination) -> Iterator[Issue]:
 def _layer(examination: Examination) -> Iterator[Issue]:
     first = next(iter(examination.entries))
     layers = [n for n in examination.entries if n.lower().endswith(layer.ENDINGS)]
-    if layers != [first] or not first.endswith(".usda"):
+    if layers != [first] or not first.endswith(".usda") or "/" in first:
         fail("PLX_USD_NOT_FIRST", first)
     data, limits = examination.read(first), examination.limits
     yield from layer.check(data, first, examination.entries, limits)
@@ -314,8 +314,10 @@ def _vectors(examination: Examination) -> Iterator[Issue]:
         work += len(found) * examination.costs[network].nanoseconds / 1e6
         for name, unit in KINDS[network].units(examination.manifest.radiance_scale).items():
             ratio = _looseness(found.outputs[name], found.tolerances[name], unit)
+            where = f"vectors/{network}.{name}"
+            for count, expected in vectors.beyond(found, name, examination.manifest.channels):
+                yield issue("PLX_GOLDEN_RANGE", where, count=count, expected=expected)
             if ratio > LOOSE:
-                where = f"vectors/{network}.{name}"
                 yield issue("PLX_GOLDEN_TOLERANCE_LOOSE", where, ratio=ratio)
     if work > examination.limits.golden_milliseconds:
         limit = examination.limits.golden_milliseconds

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import json
 import struct
 from collections.abc import Callable
 from contextlib import suppress
@@ -211,6 +212,11 @@ asset("PLX_MANIFEST_MISSING")(lambda: container.pack({"a": b""}))
 asset("PLX_MANIFEST_VERSION_UNSUPPORTED")(lambda: edited("format_version", "2.0"))
 asset("PLX_MANIFEST_VERSION_NEWER")(lambda: edited("format_version", "1.1"))
 asset("PLX_MANIFEST_SCHEMA")(lambda: manifest(b"[]"))
+asset("PLX_MANIFEST_SCHEMA")(lambda: edited("format_version", "1.1\u0663"))
+for _optional in ("tier", "provenance", "fidelity", "extensions", "finishes"):
+    asset("PLX_MANIFEST_SCHEMA")(
+        lambda key=_optional: lamp.seal(lamp.good(), lambda root: root.update({key: None}))
+    )
 for _path, _value in {
     "format_version": 1.0,
     "name": "two\nlines",
@@ -285,14 +291,16 @@ asset("PLX_MANIFEST_VERDICT")(lambda: edited("fidelity/verdict", {"photons": "ma
 
 @asset("PLX_MANIFEST_DARK")
 def a_lamp_that_is_switched_off() -> bytes:
-    content = lamp.good()
+    content = {name: data for name, data in lamp.good().items() if "fast_map" not in name}
+    networks = json.loads(content["manifest.json"])["networks"]
+    del networks["fast_map"]
     flux = np.zeros((8, 3), np.float32)
     content["surface/triangle_flux.npy"] = npy.dumps(flux)
-
-    def edit(root: dict[str, Any]) -> None:
-        root.update(flux=[0, 0, 0], channels=[False] * 3)
-
-    return lamp.seal(content, edit)
+    radiance = npy.loads(content[f"{RADIANCE}.npy"], RADIANCE, "<f8")
+    content[f"{RADIANCE}.npy"] = npy.dumps(np.zeros_like(radiance))
+    dark = lamp.surface_network("appearance", [helper.make_node("Sub", ["y", "y"], ["radiance"])])
+    changes = {"flux": [0, 0, 0], "channels": [False] * 3, "networks": networks}
+    return with_network(dark.SerializeToString(), content, **changes)
 
 
 def without(name: str) -> bytes:
@@ -321,10 +329,11 @@ def member_of(data: bytes, name: str) -> bytes:
     return bytes(container.member(data, container.scan(data)[name]))
 
 
-def with_network(data: bytes, content: dict[str, bytes] | None = None) -> bytes:
-    """The good lamp, or other members, with another appearance network."""
+def with_network(data: bytes, content: dict[str, bytes] | None = None, **changes: Any) -> bytes:
+    """The good lamp, or other members, with another appearance network and fields changed."""
 
     def edit(root: dict[str, Any]) -> None:
+        root.update(changes)
         stated = root["networks"]["appearance"]
         stated["bytes"] = len(data)
         with suppress(FormatError):  # So that the only fault of a sound network is another one.
@@ -409,6 +418,9 @@ asset("PLX_ONNX_NAME_INVALID")(lambda: nodes(helper.make_node("Relu", ["position
 asset("PLX_ONNX_NAME_INVALID")(lambda: nodes(helper.make_node("Relu", ["position"], ["\n"])))
 asset("PLX_ONNX_NAME_INVALID")(
     lambda: with_network(lamp.appearance().SerializeToString().replace(b"h0", b"\xff0"))
+)
+asset("PLX_ONNX_NAME_INVALID")(
+    lambda: network(lambda p: setattr(p.graph.node[0], "name", "\x1b[2J"))
 )
 asset("PLX_ONNX_UNDEFINED_NAME")(lambda: nodes(one("Relu", "h0")))
 asset("PLX_ONNX_UNDEFINED_NAME")(lambda: network(lambda p: p.graph.node.pop()))
@@ -642,6 +654,14 @@ def layer(old: str, new: str) -> bytes:
 
 asset("PLX_USD_NOT_FIRST")(lambda: lamp.seal(dict(reversed(lamp.good().items()))))
 asset("PLX_USD_NOT_FIRST")(lambda: member("extensions/more.usdc", b""))
+
+
+@asset("PLX_USD_NOT_FIRST")
+def a_layer_in_a_folder() -> bytes:
+    (first, text), *others = lamp.good().items()
+    return lamp.seal({f"folder/{first}": text, **dict(others)})
+
+
 asset("PLX_USD_SYNTAX")(lambda: layer("#usda 1.0", "#usda 2.0"))
 asset("PLX_USD_SYNTAX")(lambda: layer('"Z"', '"Z'))
 asset("PLX_USD_SYNTAX")(lambda: layer("@./manifest.json@", "@./manifest.json"))
@@ -704,6 +724,7 @@ def no_vector() -> bytes:
 asset("PLX_GOLDEN_TOLERANCE_INVALID")(lambda: golden(f"{RADIANCE}.tolerance.npy", np.negative))
 asset("PLX_GOLDEN_TOLERANCE_LOOSE")(lambda: golden(f"{RADIANCE}.tolerance.npy", lambda t: t + 1e3))
 asset("PLX_GOLDEN_MISMATCH")(lambda: golden(f"{RADIANCE}.npy", lambda y: 2 * y))
+asset("PLX_GOLDEN_RANGE")(lambda: golden(f"{RADIANCE}.npy", np.negative))
 
 
 @asset("PLX_GOLDEN_BROKEN")

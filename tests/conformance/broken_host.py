@@ -35,7 +35,7 @@ def answer(way: str, request: dict[str, Any]) -> str:
         "too_little": json.dumps({**reply, "outputs": {}}),
         "refuses": json.dumps({**reply, "refused": "not today"}),
     }
-    return lines.get(way, "")
+    return lines.get(way.partition("_")[0] if way.startswith("refuses") else way, "")
 
 
 if __name__ == "__main__":
@@ -44,3 +44,7 @@ if __name__ == "__main__":
         sys.exit(3)
     for line in sys.stdin:
         print(answer(way, json.loads(line)), flush=True)
+    if way == "refuses_badly":
+        sys.exit(3)
+    if way == "refuses_forever":
+        time.sleep(60)

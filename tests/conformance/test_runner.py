@@ -34,6 +34,18 @@ def broken(way: str) -> list[str]:
 @pytest.mark.parametrize(
     ("way", "words"),
     [
+        ("refuses_badly", "ended with exit code 3 at the end of its input, not 0"),
+        ("refuses_forever", "did not end within 5 s"),
+    ],
+)
+def test_a_host_ends_well(way: str, words: str, frames: Suite) -> None:
+    assert words in runner.run(frames, broken(way), timeout=5).fault
+    assert not runner.run(frames, broken("refuses"), timeout=20).fault
+
+
+@pytest.mark.parametrize(
+    ("way", "words"),
+    [
         ("crash", "ended with code 1 at frames/axes: segmentation fault, more or less"),
         ("garbage", "frames/axes is no JSON"),
         ("list", "no JSON object"),

@@ -19,6 +19,9 @@ export class Placement {
     if (!(volume > 0)) {
       refuse("to_world mirrors or flattens the lamp");
     }
+    if (difference(matrix[3].slice(0, 3), [0, 0, 0]).some((x) => x !== 0) || matrix[3][3] !== 1) {
+      refuse("to_world projects");
+    }
     this.dimmer = dimmer;
     this.scale = Math.cbrt(volume);
     this.rotation = rows.map((row) => scaled(row, 1 / this.scale));

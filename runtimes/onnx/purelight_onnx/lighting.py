@@ -130,6 +130,8 @@ def by_surface(
     """
     surface = luminaire.exit_surface
     chance = _chances(luminaire)
+    if not chance.any():
+        return np.zeros((len(point), 3))
     reached = np.cumsum(chance)
     triangle = np.minimum(np.searchsorted(reached, u[:, 0] * reached[-1], "right"), len(chance) - 1)
     rest = (u[:, 0] * reached[-1] - reached[triangle] + chance[triangle]) / chance[triangle]
@@ -148,12 +150,13 @@ def by_surface(
 
 
 def _chances(luminaire: Luminaire) -> np.ndarray:
-    """Chance of each triangle of the exit surface: [T], zero where one has no area."""
+    """Chance of each triangle of the exit surface: [T], zero where one has no area, as all may."""
     area = luminaire.exit_surface.area
     flux = np.where(area > 0, luminaire.bundle.surface().triangle_flux @ LUMINANCE, 0)
     parts = [part / part.sum() for part in (flux, area) if part.sum() > 0]
-    weights = (1 - BY_AREA, BY_AREA) if len(parts) == 2 else (1.0,)
-    return np.average(parts, axis=0, weights=weights)
+    if len(parts) == 2:
+        return (1 - BY_AREA) * parts[0] + BY_AREA * parts[1]
+    return parts[0] if parts else np.zeros(len(area))
 
 
 def _outside(luminaire: Luminaire, point: np.ndarray) -> np.ndarray:

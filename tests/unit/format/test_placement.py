@@ -61,3 +61,14 @@ def test_a_projection_is_refused() -> None:
     projective[3, 2] = 0.1
     with pytest.raises(PureLightError, match="affine"):
         Placement.of(projective, "lamp")
+
+
+def test_the_limit_is_that_of_the_spec() -> None:
+    """H6: more than 1e-4 off a rotation, and 1e-8 off an affine transform."""
+    Placement.of(matrix(np.diag([1, 1, 1 + 7.4e-5])), "lamp")
+    with pytest.raises(PureLightError, match="shears or scales"):
+        Placement.of(matrix(np.diag([1, 1, 1 + 7.6e-5])), "lamp")
+    projective = matrix(np.eye(3))
+    projective[3] = 0, 0, 1e-7, 1
+    with pytest.raises(PureLightError, match="affine"):
+        Placement.of(projective, "lamp")

@@ -272,7 +272,7 @@ class Reader {
 }
 
 function isNothing(value) {
-  return value === undefined || value === null;
+  return value === undefined; // Null is a value, and none that fits.
 }
 
 function isWhole(value) {

@@ -114,7 +114,11 @@ function requireCounts(graph, where, limits) {
       tooLarge(where, what, count, limits[what]);
     }
   }
-  const named = (graph.node ?? []).map((node) => asText(node.name)).filter(Boolean);
+  const given = (graph.node ?? []).map((node) => node.name).filter((name) => name?.length);
+  const named = given.map(asName);
+  if (!named.every((name) => name && isPrintable(name))) {
+    fail("PLX_ONNX_NAME_INVALID", where);
+  }
   if (new Set(named).size !== named.length) {
     fail("PLX_ONNX_DUPLICATE_NAME", where, { name: "of a node" });
   }

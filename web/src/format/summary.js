@@ -47,6 +47,14 @@ function cut(text, longest) {
   return text.length > longest ? Array.from(text).slice(0, longest).join("") : text;
 }
 
+/** Four digits, with commas between thousands, as long as that is readable. */
+function lumensText(value) {
+  const text = general(value, 4);
+  const rounded = Number(text);
+  const readable = Math.abs(rounded) >= 1000 && Math.abs(rounded) < 1e12;
+  return `${readable ? grouped(fixed(rounded, 0)) : text} lm`;
+}
+
 function lamp({ manifest: about, surface }) {
   const { center, radius } = about.bounding_sphere;
   const area = triangleAreas(surface).reduce((a, b) => a + b, 0);
@@ -54,7 +62,7 @@ function lamp({ manifest: about, surface }) {
   return [
     ["size", `${lengthText(2 * radius)} across; a sphere of radius ${general(radius, 4)} m about (${
       numbers(center.map((x) => (Math.abs(x) < 1e-6 * radius ? 0 : x)))})`],
-    ["light", `${general(lumens(about.flux), 4)} lm; ${numbers(about.flux)} W (R, G, B)${
+    ["light", `${lumensText(lumens(about.flux))}; ${numbers(about.flux)} W (R, G, B)${
       colorText(about)}`],
     ["radiance", `${general(about.radiance_scale, 4)} W/(m2 sr) in the mean; trained to ${far}`],
     ["exit surface", `${grouped(surface.triangles.length / 3)} triangles, ${areaText(area)}`],

@@ -506,6 +506,11 @@ export const CODES = {
     "the network fails on its golden vectors: {what}",
     "conformance.md#g4"
   ],
+  "PLX_GOLDEN_RANGE": [
+    "error",
+    "{count} values are not {expected}",
+    "conformance.md#g5"
+  ],
   "PLX_VALIDATOR_FAULT": [
     "error",
     "the validator failed, so the bundle counts as invalid; please report it: {what}",
@@ -612,6 +617,15 @@ export const KINDS = {
         1.0
       ]
     },
+    "ranges": {
+      "radiance": [
+        0.0,
+        null
+      ]
+    },
+    "shining": [
+      "radiance"
+    ],
     "needs": [],
     "required": true,
     "ability": "be looked at, and light a room"
@@ -639,6 +653,13 @@ export const KINDS = {
         0.0
       ]
     },
+    "ranges": {
+      "transmittance": [
+        0.0,
+        1.0
+      ]
+    },
+    "shining": [],
     "needs": [],
     "required": false,
     "ability": "be seen through"
@@ -668,6 +689,17 @@ export const KINDS = {
         0.0
       ]
     },
+    "ranges": {
+      "toward": [
+        null,
+        null
+      ],
+      "pdf_solid_angle": [
+        0.0,
+        null
+      ]
+    },
+    "shining": [],
     "needs": [
       "sampler_pdf"
     ],
@@ -692,6 +724,13 @@ export const KINDS = {
         0.0
       ]
     },
+    "ranges": {
+      "pdf_solid_angle": [
+        0.0,
+        null
+      ]
+    },
+    "shining": [],
     "needs": [],
     "required": false,
     "ability": ""
@@ -715,6 +754,15 @@ export const KINDS = {
         1.0
       ]
     },
+    "ranges": {
+      "radiance_map": [
+        0.0,
+        null
+      ]
+    },
+    "shining": [
+      "radiance_map"
+    ],
     "needs": [],
     "required": false,
     "ability": "light from a 16 x 16 map (fast mode)"

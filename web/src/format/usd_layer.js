@@ -7,8 +7,9 @@ import { readLayer } from "./usd_text.js";
 /** Checks that the first member is the only layer, and what it says. */
 export function* layerIssues(read, names, limits = LIMITS) {
   const [first] = names;
-  const layers = [...names].filter((name) => USD.endings.some((end) => name.endsWith(end)));
-  if (layers.length !== 1 || layers[0] !== first || !first.endsWith(".usda")) {
+  const layers = [...names].filter((name) => isLayer(name));
+  const right = layers.length === 1 && layers[0] === first && first.endsWith(".usda");
+  if (!right || first.includes("/")) {
     fail("PLX_USD_NOT_FIRST", first);
   }
   const layer = readLayer(read(first), first, limits);
@@ -64,6 +65,10 @@ function isInMetres(layer) {
   return items.length === 1 && /^1(\.0*)?$/.test(items[0]) && up;
 }
 
+function isLayer(name) {
+  return USD.endings.some((end) => name.toLowerCase().endsWith(end));
+}
+
 function* pathIssues(path, name, members) {
   const target = normalized(path);
   const shown = { path: Array.from(path).slice(0, 200).join("") };
@@ -71,7 +76,7 @@ function* pathIssues(path, name, members) {
     yield issue("PLX_USD_PATH", name, shown);
   } else if (target === name) {
     return; // The asset's own identifier.
-  } else if (USD.endings.some((end) => target.toLowerCase().endsWith(end))) {
+  } else if (isLayer(target)) {
     yield issue("PLX_USD_REFERENCES_LAYER", name, shown);
   } else if (!members.has(target)) {
     yield issue("PLX_USD_PATH_DANGLING", name, shown);

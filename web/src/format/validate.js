@@ -10,7 +10,7 @@ import { readSurface, SURFACE_MEMBERS, surfaceIssues } from "./surface.js";
 import { KINDS, LIMITS, TIERS } from "./tables.js";
 import { tierFault } from "./tiers.js";
 import { layerIssues } from "./usd_layer.js";
-import { compare, largestError, layout, looseness, readVectors } from "./vectors.js";
+import { compare, doubts, largestError, layout, readVectors } from "./vectors.js";
 import { isVerdict } from "./verdict.js";
 import { BrokenNetwork, evaluate } from "../network/evaluate.js";
 
@@ -262,7 +262,7 @@ function* golden(examination) {
     const found = readVectors(name, read, limits);
     examination.vectors.set(name, found);
     work += (found.count * examination.networks.get(name).nanoseconds) / 1e6;
-    yield* looseness(found, about.radiance_scale);
+    yield* doubts(found, about);
   }
   if (work > limits.golden_milliseconds) {
     const sizes = { size: Math.round(work), limit: limits.golden_milliseconds };

@@ -1,4 +1,4 @@
-// Golden vectors (conformance.md, G1 to G4): by them a host proves that it evaluates a network.
+// Golden vectors (conformance.md, G1 to G5): by them a host proves that it evaluates a network.
 
 import { fail, issue } from "./issues.js";
 import { readNpy, requireShape } from "./npy.js";
@@ -42,10 +42,11 @@ export function readVectors(network, read, limits = LIMITS) {
   return vectors;
 }
 
-/** Warns of tolerances that would let a wrong host pass. */
-export function* looseness(vectors, radianceScale) {
+/** Outputs that no network can give, and tolerances that would let a wrong host pass. */
+export function* doubts(vectors, { channels, radiance_scale: radianceScale }) {
   const { network, count, outputs, tolerances } = vectors;
   for (const [name, [fixed, scaled]] of Object.entries(KINDS[network].units)) {
+    yield* beyond(vectors, name, channels);
     const unit = fixed + scaled * radianceScale;
     const width = product(KINDS[network].outputs[name]);
     let ratio = -Infinity;
@@ -58,6 +59,26 @@ export function* looseness(vectors, radianceScale) {
     if (ratio > LOOSE) {
       yield issue("PLX_GOLDEN_TOLERANCE_LOOSE", `vectors/${network}.${name}`, { ratio });
     }
+  }
+}
+
+/** What an output cannot be but for its tolerance. */
+function* beyond({ network, outputs, tolerances }, name, channels) {
+  const { ranges, shining } = KINDS[network];
+  const [least, most] = ranges[name].map((limit, k) => limit ?? [-Infinity, Infinity][k]);
+  const [output, slack] = [outputs[name], tolerances[name]];
+  const where = `vectors/${network}.${name}`;
+  const outside = (y, i) => y < least - slack[i] || y > most + slack[i];
+  let count = output.filter(outside).length;
+  if (count) {
+    const expected = `at least ${least}${most === Infinity ? "" : `, at most ${most}`}`;
+    yield issue("PLX_GOLDEN_RANGE", where, { count, expected });
+  }
+  const lit = (y, i) => Math.abs(y) > slack[i] && !channels[i % 3];
+  count = shining.includes(name) ? output.filter(lit).length : 0;
+  if (count) {
+    const expected = "0, as light is in a channel that carries no flux";
+    yield issue("PLX_GOLDEN_RANGE", where, { count, expected });
   }
 }
 
