@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from purelight_catalogue.entries import Entry
-from purelight_catalogue.jobs import Job
+from purelight_catalogue.jobs import NEEDED, Job
 from purelight_catalogue.results import Results
 from purelight_catalogue.work import Outcome
 from purelight_format import atomic
@@ -41,6 +41,7 @@ class Card:
         about: what `purelight-inspect --json` says.
         photons: figures of the light that was traced besides (`photons`); empty without.
         seconds: of all its jobs; gibibytes: the most memory one of them had.
+        warnings: one line on each thing besides that it could not have.
     """
 
     entry: Entry
@@ -50,6 +51,7 @@ class Card:
     seconds: float
     gibibytes: float
     photons: Mapping[str, Any] = field(default_factory=dict)
+    warnings: Sequence[str] = ()
 
 
 def gather(
@@ -58,7 +60,7 @@ def gather(
 ) -> Card:  # fmt: skip
     """Put a lamp's files into `output/lamps/NAME` and tell about it."""
     folder = output / "lamps" / entry.name
-    faults = [f"{o.job.stage}: {o.fault}" for j in jobs if (o := outcomes.get(j.key)) and o.fault]
+    faults, warnings = _told(jobs, outcomes)
     ended = [outcomes[job.key] for job in jobs if job.key in outcomes]
     files: dict[str, str] = {}
     for job in jobs:
@@ -72,8 +74,22 @@ def gather(
     return Card(
         entry, faults[0] if faults else "", files, about,
         round(sum(o.seconds for o in ended), 1), max((o.gibibytes for o in ended), default=0.0),
-        photons,
+        photons, warnings,
     )  # fmt: skip
+
+
+def _told(jobs: Sequence[Job], outcomes: Mapping[str, Outcome]) -> tuple[list[str], list[str]]:
+    """What went wrong: with what a lamp needs, and, if that went well, with what it can do without.
+
+    One line for each stage is enough, where many jobs are of one.
+    """
+    lines: dict[str, str] = {}
+    for job in jobs:
+        outcome = outcomes.get(job.key)
+        if outcome and outcome.fault:
+            lines.setdefault(job.stage, f"{job.stage}: {outcome.fault}")
+    faults = [line for stage, line in lines.items() if stage in NEEDED]
+    return faults, [] if faults else list(lines.values())
 
 
 def _polar(output: Path, ies: str) -> str:

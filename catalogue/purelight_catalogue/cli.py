@@ -12,7 +12,7 @@ from purelight_catalogue.catalogue import Card, gather
 from purelight_catalogue.engine import engine, run
 from purelight_catalogue.entries import Entry, read_entries
 from purelight_catalogue.index import write_index
-from purelight_catalogue.jobs import Job, Settings, check_presets, jobs_of
+from purelight_catalogue.jobs import NEEDED, Job, Settings, check_presets, jobs_of
 from purelight_catalogue.page import write_page
 from purelight_catalogue.progress import Progress
 from purelight_catalogue.results import Results
@@ -49,11 +49,11 @@ def _catalogue(options: argparse.Namespace) -> int:
     mine = _shard(work, options.shard)
     outcomes = _do(mine, results, options)
     if options.shard:
-        failed = sum(bool(outcome.fault) for outcome in outcomes.values())
+        broken = [outcome.job.stage for outcome in outcomes.values() if outcome.fault]
         part = "/".join(map(str, options.shard))
-        print(f"shard {part}: {len(mine)} lamps, {failed} jobs failed; once all shards are done, "
-              "run the command without --shard for the page")  # fmt: skip
-        return SOME_FAILED if failed else 0
+        print(f"shard {part}: {len(mine)} lamps, {len(broken)} jobs failed; once all shards are "
+              "done, run the command without --shard for the page")  # fmt: skip
+        return SOME_FAILED if set(broken) & set(NEEDED) else 0
     cards = [
         gather(entry, work[entry.name], outcomes, results, options.output)
         if entry.name in work
@@ -112,8 +112,9 @@ def _write(cards: Sequence[Card], output: Path) -> int:
     failed = [card for card in cards if card.fault]
     index, page = write_index(cards, output), write_page(cards, output)
     stage = write_stage(cards, output)
-    for card in failed:
-        command.warn(COMMAND, f"{card.entry.name}: {card.fault}")
+    for card in cards:
+        for line in [card.fault] if card.fault else card.warnings:
+            command.warn(COMMAND, f"{card.entry.name}: {line}")
     others = f"{index.name} and {stage.name}" if stage else index.name
     print(f"{len(cards) - len(failed)} lamps, {len(failed)} failed; look at {page}; also {others}")
     return SOME_FAILED if failed else 0

@@ -21,6 +21,7 @@ LARGEST_TABLE = 64 << 20  # bytes
 # Columns that are options of `purelight-train`; those of PLURAL may be said more than once
 OPTIONS = ("preset", "seed", "route", "anchor", "units", "up", "kelvin", "emitter", "omit", "keep")
 PLURAL = ("emitter", "omit", "keep")
+SCENE = ("units", "up", "kelvin", *PLURAL)  # Those that say what the lamp is, not how to learn it
 OWN = ("file", "name", "lumens", "target_error")
 
 

@@ -39,6 +39,7 @@ def card_json(card: Card) -> dict[str, Any]:
         "photons": dict(card.photons),
         "seconds": card.seconds,
         "gibibytes": card.gibibytes,
+        "warnings": list(card.warnings),
     }
 
 

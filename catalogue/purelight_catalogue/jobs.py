@@ -8,9 +8,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from purelight_catalogue.entries import Entry
+from purelight_catalogue.entries import SCENE, Entry
 from purelight_catalogue.inputs import input_digest
 from purelight_catalogue.version import version
+from purelight_format.ray_file.files import is_ray_file
 from purelight_train.presets import PRESETS
 
 GIB = float(1 << 30)
@@ -19,6 +20,7 @@ TRAINING = {"sketch": 2.0, "draft": 3.0, "standard": 6.0, "paper": 16.0}
 SMALL = 1.5
 TRACING = 2.0
 PART = 1 << 24  # photons of one task: minutes of a core
+NEEDED = ("train", "size", "export", "check")  # Stages without which a lamp has no card
 
 
 @dataclass(frozen=True)
@@ -47,8 +49,8 @@ class Job:
 
     Arguments:
         stage: what kind of work it is, a key of `stages.STAGES`.
-        key: SHA-256 of the version, the stage, its arguments and the keys before it. Equal keys
-            have equal results, whoever computes them.
+        key: SHA-256 of the version, the stage, its arguments and the keys before it, where what
+            is before changes it. Equal keys have equal results, whoever computes them.
         lamp: for people; another lamp with the same key has the same result.
         arguments: of the stage, as JSON has them.
         before: keys of the jobs whose results it reads, by what they are to it.
@@ -89,20 +91,32 @@ def jobs_of(entry: Entry, settings: Settings) -> list[Job]:
     export = _job("export", entry, {"run": jobs[-1]}, name=entry.name, lumens=entry.lumens)
     check = _job("check", entry, {"bundle": export}, name=entry.name)
     picture = _job("picture", entry, {"bundle": export}, name=entry.name, size=settings.picture)
-    return [*jobs, export, check, picture, *_photons(entry, settings.photons)]
+    return [*jobs, export, check, picture, *_photons(entry, train, settings.photons)]
 
 
-def _photons(entry: Entry, count: int) -> list[Job]:
-    """Tracing in parts, and what joins them."""
-    if not count:
+def _photons(entry: Entry, train: Job, count: int) -> list[Job]:
+    """Tracing in parts, and what joins them; nothing of measured rays, which cannot be traced."""
+    if not count or is_ray_file(entry.file):
         return []
-    digest, file = input_digest(entry.file), str(entry.file.resolve())
-    parts = [
-        _job("photons", entry, {}, TRACING, file=file, digest=digest, paths=PART, seed=1 + number)
-        for number in range(-(-count // PART))
-    ]
+    parts = [_part(entry, train, 1 + number) for number in range(-(-count // PART))]
     before = {f"part {number}": part for number, part in enumerate(parts)}
-    return [*parts, _job("photometry", entry, before, name=entry.name)]
+    join = _job("photometry", entry, {"run": train, **before}, name=entry.name, lumens=entry.lumens)
+    return [*parts, join]
+
+
+def _part(entry: Entry, train: Job, seed: int) -> Job:
+    """A part of the light of the scene that was trained.
+
+    The training has made that scene where the lamp is of another format. How it learns changes
+    nothing of it, so its key is not in this one's: another preset does not trace anew.
+    """
+    arguments = {
+        "file": train.arguments["file"], "digest": train.arguments["digest"],
+        "options": {key: list(entry.options[key]) for key in SCENE if key in entry.options},
+        "paths": PART, "seed": seed,
+    }  # fmt: skip
+    key = job_key("photons", arguments, {})
+    return Job("photons", key, entry.name, arguments, {"run": train.key}, TRACING)
 
 
 def _job(

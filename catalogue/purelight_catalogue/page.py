@@ -54,7 +54,7 @@ def _card(lamp: Mapping[str, Any]) -> str:
     return (
         f'<li data-text="{escape(text)}" {data}><div class="looks">{_picture(lamp)}</div>'
         f'<div class="text"><h2>{escape(lamp["title"])}</h2>{_verdict(lamp)}<dl>{rows}</dl>'
-        f'<div class="files">{links}</div></div></li>'
+        f'{_warnings(lamp)}<div class="files">{links}</div></div></li>'
     )
 
 
@@ -65,6 +65,11 @@ def _verdict(lamp: Mapping[str, Any]) -> str:
     lines = "".join(f"<p>{escape(line)}</p>" for line in lamp["verdict"]["lines"])
     caption = escape(lamp["verdict"]["caption"])
     return f"<details><summary>{caption}</summary>{lines}</details>"
+
+
+def _warnings(lamp: Mapping[str, Any]) -> str:
+    """What the lamp could not have besides, and why."""
+    return "".join(f'<p class="missing">not there: {escape(line)}</p>' for line in lamp["warnings"])
 
 
 def _picture(lamp: Mapping[str, Any]) -> str:

@@ -1,6 +1,6 @@
 """Light of one lamp in many tasks: each traces a part, and a last one joins them.
 
-    python -m purelight_catalogue.photons trace SCENE --paths N --seed S --output part.npz
+    python -m purelight_catalogue.photons trace FILE --run RUN --paths N --seed S --output part.npz
     python -m purelight_catalogue.photons join part.npz ... --name LAMP --output FOLDER
 
 What a part keeps is sums, whatever the number of its photons: the flux, the far field, and a
@@ -13,7 +13,7 @@ from __future__ import annotations
 import argparse
 import json
 from collections.abc import Sequence
-from pathlib import Path
+from pathlib import Path, PurePath
 from typing import Any
 
 import numpy as np
@@ -21,6 +21,7 @@ import numpy as np
 from purelight_catalogue.streams import Streams, joined
 from purelight_format import atomic, command
 from purelight_format.color import lumens
+from purelight_format.errors import PureLightError
 
 COMMAND = "photons"
 SIZE = 128  # pixels along each side
@@ -40,8 +41,22 @@ def _trace(options: argparse.Namespace) -> int:
     threads.use(options.threads)
     platform.use()
     threads.use_for_tracing(options.threads)
-    traced(options.scene, options.paths, options.seed).write(options.output)
+    scene = scene_of(options.run, options.file) if options.run else options.file
+    traced(scene, options.paths, options.seed).write(options.output)
     return 0
+
+
+def scene_of(run: Path, file: Path) -> Path:
+    """The scene that a run was trained on: its import of a lamp's file, or the file itself.
+
+    The run may lie elsewhere than when it was made.
+    """
+    from purelight_train.foreign import FOLDER
+    from purelight_train.runs.run_directory import RunDirectory
+
+    named = PurePath(RunDirectory.open(run).config["luminaire"])
+    imported = run / FOLDER / named.name
+    return imported if named.parent.name == FOLDER and imported.is_file() else file
 
 
 def traced(scene: Path, paths: int, seed: int) -> Streams:
@@ -72,6 +87,8 @@ def _join(options: argparse.Namespace) -> int:
     from purelight_format.srgb import png
 
     whole = joined(options.parts)
+    if options.lumens:
+        whole = whole.scaled(_power(options.run, options.lumens))
     values = whole.mean("far_field")
     vertical, horizontal = (np.linspace(0, end, n) for end, n in
                             ((180, values.shape[1]), (360, values.shape[0])))  # fmt: skip
@@ -87,6 +104,20 @@ def _join(options: argparse.Namespace) -> int:
     for name, data in files.items():
         atomic.write_bytes(options.output / name, data)
     return 0
+
+
+def _power(run: Path, wanted: float) -> float:
+    """The factor that an export takes to give a run's lamp so many lumens.
+
+    Raises:
+        PureLightError: the lamp is dark.
+    """
+    from purelight_train.runs.run_directory import RunDirectory
+
+    trained = lumens(RunDirectory.open(run).description.flux)
+    if not trained > 0:
+        raise PureLightError(f"{run}: the lamp gives no light, so it cannot have --lumens")
+    return wanted / trained
 
 
 def _figures(whole: Streams) -> dict[str, Any]:
@@ -108,7 +139,8 @@ def _parser() -> command.Parser:
     parser = command.Parser(prog=COMMAND, description=__doc__)
     kinds = parser.add_subparsers(required=True, parser_class=command.Parser)
     trace = kinds.add_parser("trace", help="trace a part")
-    trace.add_argument("scene", type=Path)
+    trace.add_argument("file", type=Path, help="the lamp")
+    trace.add_argument("--run", type=Path, help="its training, which may have made its scene")
     trace.add_argument("--paths", type=int, required=True)
     trace.add_argument("--seed", type=int, required=True)
     trace.add_argument("--threads", type=int, default=1)
@@ -117,6 +149,8 @@ def _parser() -> command.Parser:
     join = kinds.add_parser("join", help="join the parts")
     join.add_argument("parts", type=Path, nargs="+")
     join.add_argument("--name", required=True)
+    join.add_argument("--lumens", type=float, help="to scale the light to, as an export of --run")
+    join.add_argument("--run", type=Path, help="the lamp's training")
     join.add_argument("--issued", default="2000-01-01", help="date in the IES file")
     join.add_argument("--output", type=Path, required=True)
     join.set_defaults(action=_join)

@@ -99,20 +99,22 @@ def picture(job: Job, place: Place) -> list[Command]:
 
 
 def photons(job: Job, place: Place) -> list[Command]:
-    """A part of a lamp's light."""
+    """A part of a lamp's light, traced through the scene that was trained."""
     words = (
-        "trace", job.arguments["file"], "--paths", str(job.arguments["paths"]),
-        "--seed", str(job.arguments["seed"]), "--threads", str(place.threads),
-        "--output", str(place.folder / "part.npz"),
+        "trace", job.arguments["file"], "--run", str(place.before[RUN] / RUN),
+        "--paths", str(job.arguments["paths"]), "--seed", str(job.arguments["seed"]),
+        "--threads", str(place.threads), "--output", str(place.folder / "part.npz"),
     )  # fmt: skip
     return [Command("purelight_catalogue.photons", words)]
 
 
 def photometry(job: Job, place: Place) -> list[Command]:
     """All parts of a lamp's light joined."""
-    parts = (str(folder / "part.npz") for folder in place.before.values())
-    words = ("join", *parts, "--name", job.arguments["name"], "--output", str(place.folder))
-    return [Command("purelight_catalogue.photons", words)]
+    parts = (str(path / "part.npz") for role, path in place.before.items() if role != RUN)
+    words = ["join", *parts, "--name", job.arguments["name"], "--output", str(place.folder)]
+    if job.arguments["lumens"]:
+        words += ["--lumens", str(job.arguments["lumens"]), "--run", str(place.before[RUN] / RUN)]
+    return [Command("purelight_catalogue.photons", tuple(words))]
 
 
 STAGES: Mapping[str, Stage] = {

@@ -44,6 +44,12 @@ class Streams:
             for name, array in theirs.items():
                 mine[name] = mine.get(name, 0) + array
 
+    def scaled(self, factor: float) -> Streams:
+        """The same with so many times the light."""
+        first = {name: array * factor for name, array in self.first.items()}
+        second = {name: array * factor**2 for name, array in self.second.items()}
+        return Streams(self.batches, self.paths, first, second)
+
     def mean(self, name: str) -> Array:
         """Mean over the batches."""
         mean: Array = self.first[name] / self.batches

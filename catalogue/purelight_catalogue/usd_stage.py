@@ -25,7 +25,7 @@ def write_stage(cards: Sequence[Card], output: Path) -> Path | None:
     `/Catalogue` holds every lamp on a grid; `/Lamp` is one of them, by its variant set `lamp`.
     Both are references to the lamps' own USD assets.
     """
-    shown = [card for card in cards if "usda" in card.files]
+    shown = [card for card in cards if not card.fault and "usda" in card.files]
     if not shown:
         return None
     layer = _layer(shown)

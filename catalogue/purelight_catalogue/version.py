@@ -7,7 +7,9 @@ from functools import cache
 from importlib import import_module, metadata
 from pathlib import Path
 
-MAKERS = ("purelight_format", "purelight_train", "purelight_export", "purelight_onnx")
+MAKERS = (
+    "purelight_format", "purelight_import", "purelight_train", "purelight_export", "purelight_onnx",
+)  # fmt: skip
 
 
 @cache

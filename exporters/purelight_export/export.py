@@ -21,6 +21,7 @@ from purelight_export.photometry import (
     intensity,
     unit_ies_file,
 )
+from purelight_export.siblings import ASSET, FRAGMENT, SHAPE, check_beside
 from purelight_format import atomic, bundle, color
 from purelight_format.camera import Camera
 from purelight_format.errors import PureLightError
@@ -81,12 +82,14 @@ def export(
 
     Raises:
         PureLightError: If the run is not finished, a network does not survive the export, the
-            place cannot be written, or a lamp without light is to have lumens.
+            place cannot be written, a file there that no export wrote would be replaced, or a
+            lamp without light is to have lumens.
     """
     output = Path(output)
     if output.suffix != ".plux":
         raise PureLightError(f"{output}: the bundle's name must end in .plux")
     atomic.check_file(output)
+    check_beside(output, photometry, kept=_kept(Path(run_path)).is_file())
     run = RunDirectory.open(run_path)
     if lumens is not None:
         run = replace(run, power=_power(run, lumens))
@@ -261,7 +264,7 @@ def _beside(lamp: Facts, written: bundle.Bundle, photometry: Sequence[str] = (IE
     files = [written.path.with_suffix(f".{kind}") for kind in photometry]
     for file, kind in zip(files, photometry, strict=True):
         atomic.write_bytes(file, texts[kind]())
-    shape, asset = (written.path.with_suffix(suffix) for suffix in (".shape.ies", ".usda"))
+    shape, asset = (written.path.with_suffix(suffix) for suffix in (SHAPE, ASSET))
     paths = asset_layer.Paths(
         f"./{written.path.name}", f"./{asset.name}", written.digest, f"./{shape.name}"
     )
@@ -274,7 +277,12 @@ def _beside(lamp: Facts, written: bundle.Bundle, photometry: Sequence[str] = (IE
 
 def _kept_scene(run: RunDirectory, bundle_path: Path) -> list[Path]:
     """Writes the kept parts beside the bundle, as a scene that Mitsuba's scenes may include."""
-    source = run.path / "kept" / KEPT
+    source = _kept(run.path)
     if not source.is_file():
         return []
-    return [write_fragment(source, bundle_path.with_suffix(".kept.xml"))]
+    return [write_fragment(source, bundle_path.with_suffix(FRAGMENT))]
+
+
+def _kept(run_path: Path) -> Path:
+    """The scene of a run's kept parts, where it has any."""
+    return run_path / "kept" / KEPT

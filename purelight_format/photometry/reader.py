@@ -8,19 +8,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from purelight_format.errors import PureLightError
-from purelight_format.photometry.goniometer import TYPE_A, TYPE_C, as_type_c
+from purelight_format.photometry.goniometer import TYPE_C, as_type_c
+from purelight_format.photometry.ies_numbers import HEADER, table_numbers
 from purelight_format.photometry.lamp_photometry import LampPhotometry
 from purelight_format.photometry.nodes import rising
 from purelight_format.photometry.opening import Opening
 from purelight_format.photometry.table import IntensityTable
-from purelight_format.photometry.text import lines_of, numbers
+from purelight_format.photometry.text import lines_of
 
-HEADER = 13  # Numbers before the angles.
 TILT = re.compile(r"\s*TILT\s*=\s*(.*?)\s*", re.IGNORECASE)
 KEYWORD = re.compile(r"\s*\[(\w+)\]\s*(.*)")
 NEWER = re.compile(r"LM-63-(20\d\d)")  # Their 12th number is no factor any more.
 FEET, METRES = 0.3048, 1.0
-NODES = 1 << 20  # Of a table; whole degrees all around are 65,000.
 
 
 def read_ies(text: bytes, name: str) -> IntensityTable:
@@ -88,7 +87,7 @@ class _Text:
         if not tilt:
             raise PureLightError(f"{name}: not IES LM-63 text: it has no line TILT=")
         words = _keywords(lines[:place])
-        values, notes = _values("\n".join(lines[place + 1 :]), tilt, name)
+        values, notes = table_numbers("\n".join(lines[place + 1 :]), tilt, name)
         called = words.get("LUMINAIRE") or words.get("LUMCAT") or name
         old = not NEWER.search(lines[0])
         return _Text(name, called, tilt, values, tuple(notes), old)
@@ -119,45 +118,6 @@ class _Text:
         return LampPhotometry(
             self.called, table, opening, bare, max(watts, 0.0), tuple(notes)
         )  # fmt: skip
-
-
-def _values(text: str, tilt: str, name: str) -> tuple[np.ndarray, list[str]]:
-    """The numbers after TILT: as many as the file says that there are."""
-    problem = ""
-    for candidate in (text, text.replace(",", ".")):  # Commas separate, or are decimal points.
-        values = numbers(candidate, HEADER + 4 * NODES)
-        if tilt == "INCLUDE":
-            values = _behind_tilt(values, name)
-        problem = _problem(values)
-        if not problem:
-            decimal = candidate is not text and candidate != text
-            return values, ["commas are taken as decimal points"] if decimal else []
-    raise PureLightError(f"{name}: not IES LM-63 text: {problem}")
-
-
-def _behind_tilt(values: np.ndarray, name: str) -> np.ndarray:
-    """What follows the lamp's geometry, and the count of its angles, angles and factors."""
-    count = values[1] if len(values) > 1 else -1.0
-    if not (count.is_integer() and 0 <= count < len(values)):
-        raise PureLightError(f"{name}: not IES LM-63 text: no angles follow TILT=INCLUDE")
-    return values[2 + 2 * int(count) :]
-
-
-def _problem(values: np.ndarray) -> str:
-    """Why the numbers cannot be a table, or nothing."""
-    if len(values) < HEADER:
-        return f"{len(values)} numbers after TILT= where {HEADER} come before the angles"
-    rows, planes, kind = values[3], values[4], values[5]
-    if not (rows.is_integer() and planes.is_integer() and rows >= 2 and planes >= 1):
-        return f"{rows:g} vertical and {planes:g} horizontal angles"
-    if rows * planes > NODES:
-        return f"a table of {rows * planes:g} intensities, where {NODES} may be"
-    if kind not in range(TYPE_C, TYPE_A + 1):
-        return f"photometric type {kind:g}, where 1 (C), 2 (B) and 3 (A) are known"
-    wanted = HEADER + rows + planes + rows * planes
-    if len(values) < wanted:
-        return f"{len(values)} numbers, where its header announces {wanted:g}"
-    return ""
 
 
 def _keywords(lines: list[str]) -> dict[str, str]:

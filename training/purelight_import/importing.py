@@ -14,7 +14,6 @@ import numpy as np
 from purelight_format.color import lumens
 from purelight_format.errors import PureLightError
 from purelight_import import formats
-from purelight_import.model.frame import UNITS, Frame, guess_unit, unit
 from purelight_import.model.lamp import Lamp, Part
 from purelight_import.model.names import tidy
 from purelight_import.options import AUTO, Options
@@ -23,6 +22,7 @@ from purelight_import.parts.choice import LISTED, Named, chosen
 from purelight_import.parts.emitting_sides import facing_out
 from purelight_import.parts.glass import settled
 from purelight_import.parts.merging import merged
+from purelight_import.parts.placing import placed
 from purelight_import.parts.points import with_size
 from purelight_import.parts.room_parts import room_lines
 from purelight_import.write import folder as folders
@@ -67,8 +67,7 @@ def read_lamp(path: str | Path, options: Options | None = None) -> tuple[Lamp, t
     path, options = Path(path), options or Options()
     lamp = formats.read(path)
     lamp = replace(lamp, name=_name(lamp, path, options))
-    lamp, kept = _without(lamp, options)
-    lamp = _placed(lamp, options).placed()
+    lamp, kept = placed(*_without(lamp, options), options.units, options.up)
     for line in room_lines(lamp):
         lamp.notes(line)
     lamp = with_size(lamp)
@@ -210,27 +209,4 @@ def _without(lamp: Lamp, options: Options) -> tuple[Lamp, tuple[Part, ...]]:
     points = tuple(p for p in lamp.points if id(p) not in away)
     if not parts and not points:
         raise PureLightError("nothing of the lamp is left; name fewer parts in --omit and --keep")
-    frame = lamp.frame
-    kept = Lamp("", kept, (), _frame(lamp, options) if kept else frame).placed().parts
     return replace(lamp, parts=parts, points=points), kept
-
-
-def _placed(lamp: Lamp, options: Options) -> Lamp:
-    return replace(lamp, frame=_frame(lamp, options))
-
-
-def _frame(lamp: Lamp, options: Options) -> Frame:
-    """Unit and up axis as said, as the file states, or as its size suggests."""
-    frame = lamp.frame
-    metres, up = frame.metres, options.up or frame.up
-    if options.units is not None:
-        metres = unit(options.units)
-    elif not frame.unit_known:
-        size = float(np.ptp(lamp.bounds, axis=0).max())
-        name = guess_unit(size)
-        metres = UNITS[name]
-        lamp.notes(f"the file states no unit: taken as {name}, so that the lamp is "
-                   f"{size * metres:.3g} m across (--units)")  # fmt: skip
-    if options.up is None and not frame.up_known:
-        lamp.notes(f"the file does not say what is up: taken as {up.upper()} (--up)")
-    return Frame(metres, up)

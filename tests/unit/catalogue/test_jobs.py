@@ -45,6 +45,25 @@ def test_the_same_lamp_elsewhere_has_the_same_keys(entries: list[Entry], tmp_pat
     assert keys(replace(entries[0], file=moved))["train"] == keys(entries[0])["train"]
 
 
+def test_what_a_lamp_is_made_to_be_is_traced_anew_and_nothing_else(entries: list[Entry]) -> None:
+    entry, asked = entries[0], Settings(photons=1)
+    before = keys(entry, asked)
+    for options in ({"emitter": ("bulb=806lm",)}, {"units": ("mm",)}):
+        assert keys(replace(entry, options=options), asked)["photons"] != before["photons"]
+    assert keys(entry, replace(asked, preset="standard"))["photons"] == before["photons"]
+    brighter = keys(replace(entry, lumens=806.0), asked)
+    assert brighter["photons"] == before["photons"]
+    assert brighter["photometry"] != before["photometry"]
+
+
+def test_light_is_traced_behind_the_training(entries: list[Entry], tmp_path: Path) -> None:
+    jobs = {job.stage: job for job in jobs_of(entries[0], Settings(photons=1))}
+    assert jobs["photons"].before == {"run": jobs["train"].key}
+    rays = tmp_path / "led.tm25ray"
+    rays.touch()
+    assert "photons" not in keys(Entry("led", rays), Settings(photons=1))
+
+
 def test_what_a_lamp_names_is_part_of_it(tmp_path: Path) -> None:
     lamp, mesh = tmp_path / "lamp.obj", tmp_path / "meshes/wood.png"
     mesh.parent.mkdir()
@@ -57,6 +76,63 @@ def test_what_a_lamp_names_is_part_of_it(tmp_path: Path) -> None:
     assert input_digest(lamp) == first
     mesh.write_bytes(b"2")
     assert input_digest(lamp) != first
+
+
+ESCAPED = {
+    "lamp.gltf": '{"buffers": [{"uri": "my%20lamp%20(1).bin"}]}',
+    "scene.gltf": '{"buffers": [{"uri": "l\\u00e4mp.bin"}]}',
+    "lamp.xml": '<scene><string value="meshes/arm &amp; base&#x28;1).ply"/></scene>',
+    "lamp.usda": "#usda 1.0\n# @lamp.gltf@",
+}
+MEANT = {
+    "lamp.gltf": "my lamp (1).bin", "scene.gltf": "lämp.bin", "lamp.xml": "arm & base(1).ply",
+    "lamp.usda": "my lamp (1).bin",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", ESCAPED)
+def test_a_name_counts_however_the_format_writes_it(tmp_path: Path, name: str) -> None:
+    for file, text in ESCAPED.items():
+        (tmp_path / file).write_text(text)
+    (tmp_path / MEANT[name]).write_bytes(b"1")
+    first = input_digest(tmp_path / name)
+    (tmp_path / MEANT[name]).write_bytes(b"2")
+    assert input_digest(tmp_path / name) != first
+
+
+@pytest.mark.parametrize("suffix", ["usdc", "usd"])
+def test_binary_usd_names_its_textures_and_other_layers(tmp_path: Path, suffix: str) -> None:
+    from pxr import Sdf, Usd
+
+    # Many names that are alike are compressed, so that none is there as it is
+    names = [f"lamp_{part}_{look}.png" for part in ("shade", "base") for look in ("color", "rough")]
+    lamp, parts = tmp_path / f"lamp.{suffix}", tmp_path / "parts.usdc"
+    inner, outer = Usd.Stage.CreateNew(str(parts)), Usd.Stage.CreateNew(str(lamp))
+    prim = inner.DefinePrim("/Lamp", "Xform")
+    for k, name in enumerate((*names, "unlike.png")):
+        (tmp_path / name).write_bytes(b"1")
+        prim.CreateAttribute(f"file{k}", Sdf.ValueTypeNames.Asset).Set(f"./{name}")
+    outer.DefinePrim("/Lamp", "Xform").GetReferences().AddReference("./parts.usdc", "/Lamp")
+    inner.Save()
+    outer.Save()
+    (tmp_path / "other.png").write_bytes(b"1")
+    before = input_digest(lamp)
+    (tmp_path / "other.png").write_bytes(b"2")
+    assert input_digest(lamp) == before
+    for name in (*names, "parts.usdc"):
+        kept = (tmp_path / name).read_bytes()
+        (tmp_path / name).write_bytes(kept + b"\0")
+        assert input_digest(lamp) != before, name
+        (tmp_path / name).write_bytes(kept)
+
+
+def test_binary_usd_that_is_broken_depends_on_all_beside_it(tmp_path: Path) -> None:
+    lamp, other = tmp_path / "lamp.usdc", tmp_path / "other.png"
+    lamp.write_bytes(b"PXR-USDC and nothing more")
+    other.write_bytes(b"1")
+    before = input_digest(lamp)
+    other.write_bytes(b"2")
+    assert input_digest(lamp) != before
 
 
 def test_a_lamp_that_is_not_there(tmp_path: Path) -> None:

@@ -6,14 +6,18 @@ import json
 from html.parser import HTMLParser
 from pathlib import Path
 
+import pytest
+
+from purelight_catalogue import cli
 from purelight_catalogue.catalogue import Card, gather
 from purelight_catalogue.entries import Entry
 from purelight_catalogue.index import write_index
-from purelight_catalogue.jobs import Job
+from purelight_catalogue.jobs import Job, Settings, jobs_of
 from purelight_catalogue.page import write_page
 from purelight_catalogue.results import Results
 from purelight_catalogue.usd_stage import write_stage
-from purelight_catalogue.work import perform
+from purelight_catalogue.work import Outcome, perform
+from tests.unit.catalogue.conftest import BEGUN, pretend
 
 
 class Tags(HTMLParser):
@@ -81,6 +85,28 @@ def test_the_stage_has_every_lamp_and_one_that_is_any_of_them(
     assert variants.GetVariantNames() == ["lamp_desk", "lamp_globe", "lamp_wall"]
     layers = {Path(layer.realPath).name for layer in stage.GetUsedLayers()}
     assert {"desk.usda", "globe.usda", "wall.usda"} <= layers
+
+
+@pytest.mark.parametrize(("stage", "failed"), [("photons", 0), ("picture", 0), ("check", 1)])
+def test_only_what_a_lamp_needs_is_its_fault(
+    entries: list[Entry], tmp_path: Path, stage: str, failed: int,
+    capsys: pytest.CaptureFixture[str],
+) -> None:  # fmt: skip
+    results, entry = Results(tmp_path / "results"), entries[0]
+    outcomes, jobs = {}, jobs_of(entry, Settings(picture=16, photons=1))
+    for job in jobs:
+        outcomes[job.key] = Outcome(job, "<it> is dark" if job.stage == stage else "")
+        if job.stage in BEGUN:
+            pretend(results, job, entry.name)
+        if job.stage == "check" != stage:
+            perform(job, results.folder, tmp_path / "logs", 1, [])
+    card = gather(entry, jobs, outcomes, results, tmp_path / "catalogue")
+    assert cli._write([card], tmp_path / "catalogue") == failed
+    assert f"{stage}: <it> is dark" in capsys.readouterr().err
+    data = json.loads((tmp_path / "catalogue/catalogue.json").read_text())
+    assert len(data["failed"]) == failed
+    assert [one["warnings"] for one in data["lamps"]] == [[f"{stage}: <it> is dark"]][failed:]
+    assert f"{stage}: &lt;it&gt; is dark" in (tmp_path / "catalogue/index.html").read_text()
 
 
 def test_no_lamp_no_stage(tmp_path: Path) -> None:

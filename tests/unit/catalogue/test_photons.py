@@ -13,8 +13,10 @@ from purelight_catalogue import photons
 from purelight_catalogue.entries import Entry
 from purelight_catalogue.jobs import PART, Settings, jobs_of
 from purelight_catalogue.streams import Streams, joined
+from purelight_format.color import lumens
 from purelight_format.errors import PureLightError
-from tests.support import tiny
+from purelight_train.runs.run_directory import RunDirectory
+from tests.support import tiny, untrained
 
 
 def batches(count: int) -> list[dict[str, np.ndarray]]:
@@ -65,7 +67,7 @@ def test_a_lamps_photons_are_parted_by_seed(tmp_path: Path) -> None:
         [job for job in jobs if job.stage == kind] for kind in ("photons", "photometry")
     )
     assert [part.arguments["seed"] for part in parts] == [1, 2, 3]
-    assert list(join.before.values()) == [part.key for part in parts]
+    assert list(join.before.values()) == [jobs[0].key, *(part.key for part in parts)]
     more = jobs_of(entry, Settings(photons=4 * PART))
     assert {part.key for part in parts} <= {job.key for job in more}  # What is traced stays
 
@@ -85,6 +87,44 @@ def test_a_lamp_is_traced_and_joined(tmp_path: Path) -> None:
     assert 0 < figures["lumens_error"] < 0.02 * figures["lumens"]
     from photompy import IESFile
 
-    lumens = IESFile.read(tmp_path / "out/lamp.photons.ies").photometry.total_optical_power()
-    assert float(lumens) == pytest.approx(figures["lumens"], rel=5e-3)
+    told = IESFile.read(tmp_path / "out/lamp.photons.ies").photometry.total_optical_power()
+    assert float(told) == pytest.approx(figures["lumens"], rel=5e-3)
     assert (tmp_path / "out/truth.png").is_file()
+
+
+def test_the_scene_that_was_trained_is_traced_wherever_its_run_lies(tmp_path: Path) -> None:
+    """Of a lamp of another format, that is its import; its own file cannot be traced."""
+    (tmp_path / "run").mkdir()
+    run = RunDirectory(untrained.write(tmp_path / "run"))
+    glb, draft = tmp_path / "lamp.glb", "/elsewhere/.train-0123.host.7.draft/run/lamp/lamp.xml"
+    glb.write_bytes(b"glTF")
+    run.write_json("config.json", run.config | {"luminaire": draft})
+    (run.path / "lamp").mkdir()
+    made = tiny.write(run.path / "lamp")
+    part = tmp_path / "part.npz"
+    words = ["trace", str(glb), "--run", str(run.path), "--paths", "1", "--seed", "1"]
+    assert photons.main([*words, "--output", str(part)]) == 0
+    np.testing.assert_array_equal(
+        Streams.read(part).mean("flux"), photons.traced(made, 1, 1).mean("flux")
+    )
+    run.write_json("config.json", run.config | {"luminaire": "/elsewhere/lamp.xml"})
+    assert photons.scene_of(run.path, glb) == glb
+
+
+def test_traced_light_is_scaled_as_the_bundle_is(tmp_path: Path) -> None:
+    (tmp_path / "run").mkdir()
+    run = RunDirectory(untrained.write(tmp_path / "run"))
+    trained = lumens(run.description.flux)
+    streams, part = Streams(), tmp_path / "part.npz"
+    for arrays in batches(4):
+        picture = np.ones((4, 4, 3)) * arrays["flux"]
+        streams.add(10, arrays | {"far_field": np.ones((2, 3, 3)), "picture": picture})
+    streams.write(part)
+    found = []
+    for more in ([], ["--lumens", str(2 * trained), "--run", str(run.path)]):
+        words = ["join", str(part), "--name", "lamp", "--output", str(tmp_path / "out")]
+        assert photons.main([*words, *more]) == 0
+        found.append(json.loads((tmp_path / "out/lamp.photons.json").read_text()))
+    for key in ("flux", "flux_error", "lumens", "lumens_error"):
+        np.testing.assert_allclose(found[1][key], 2 * np.array(found[0][key]))
+    assert found[1]["picture_noise"] == pytest.approx(found[0]["picture_noise"])

@@ -67,6 +67,34 @@ def test_parts_are_left_out_or_kept_apart(path: Path, mitsuba: Any, tmp_path: Pa
     assert not shape.is_emitter()
 
 
+@pytest.mark.parametrize("units", [None, "cm"])
+def test_what_is_kept_apart_has_the_lamps_scale(
+    units: str | None, mitsuba: Any, tmp_path: Path
+) -> None:
+    """A floor lamp in centimetres, of which the pole decides how large it is."""
+    pole = Piece("Pole", model.box((0.02, 0.02, 1.3), (0, 0, -0.65)), "Steel", model.base().words)
+    source = obj.write(tmp_path, [model.bulb(), pole])
+    options = Options(units=units, keep=("Pole",))
+    made = import_lamp(source, tmp_path / "out", options, picture=False)
+    record = json.loads((tmp_path / "out" / "parts.json").read_text())
+    ((lamp,), (kept,)) = made.parts, record["kept"]
+    assert kept["size"][2] / lamp["size"][2] == pytest.approx(1.3 / 0.04, rel=0.01)
+
+
+def test_into_the_working_folder(
+    path: Path, mitsuba: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It stays the folder in which the user's shell is."""
+    out = tmp_path / "here"
+    out.mkdir()
+    monkeypatch.chdir(out)
+    for _ in range(2):
+        assert main([str(path), "--output", ".", "--no-picture"]) == 0
+        assert Path.cwd() == out
+        assert (Path() / "shelf_light.xml").is_file()
+    assert not list(tmp_path.glob(".*"))
+
+
 @pytest.mark.parametrize(
     ("options", "words"),
     [
@@ -189,7 +217,7 @@ def test_very_many_parts_become_few(mitsuba: Any, tmp_path: Path) -> None:
 def test_names_of_all_kinds(mitsuba: Any, tmp_path: Path) -> None:
     """Names that are no file names, no XML, or steer a terminal."""
     names = ["../../etc/passwd", "a<b>&\"'", "--", "\x1b[31mred", "ünïcödé 灯", "", " " * 90, "CON",
-             "x" * 300, "Bulb", "bulb"]  # fmt: skip
+             "x" * 300, "Bulb", "bulb", "Bulb_$Fbx$_Geometric", "$", "Half\ud83d"]  # fmt: skip
     pieces = [
         Piece(name, model.box((0.01,) * 3, (0.05 * k, 0, 0)), f"m{name}", model.base().words)
         for k, name in enumerate(names)

@@ -7,11 +7,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from purelight_import.formats import read
 from purelight_import.importing import read_lamp
 from purelight_import.model.lamp import Part
 from purelight_import.model.material import Material
+from purelight_import.model.picture import Picture
 from purelight_import.options import Options
 
 VERTICES = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0.5 1.5 0\n"
@@ -126,3 +128,41 @@ def test_a_texture_outside_is_told_and_not_read(tmp_path: Path) -> None:
     (inner / "lamp.mtl").write_text("newmtl M\nmap_Kd -s 1 1 1 ../a.png")
     (inner / "lamp.obj").write_text(f"mtllib lamp.mtl\n{VERTICES}usemtl M\nf 1 2 3")
     assert any("outside" in line for line in read(inner / "lamp.obj").notes.lines())
+
+
+@pytest.mark.parametrize("gap", ["  ", "\t", " \t "])
+def test_any_blanks_follow_a_keyword(gap: str, tmp_path: Path) -> None:
+    words = ["v 0 0 0", "v 1 0 0", "v 1 1 0", "mtllib two.mtl", "o Shade", "usemtl A", "f 1 2 3"]
+    (tmp_path / "two.mtl").write_text(f"newmtl{gap}A\nKd 0 0 0\nKe{gap}10 10 10")
+    (tmp_path / "lamp.obj").write_text("\n".join(line.replace(" ", gap, 1) for line in words))
+    (part,) = read(tmp_path / "lamp.obj").parts
+    assert (part.name, part.material.name, part.radiance) == ("Shade", "A", (10, 10, 10))
+
+
+RED, GREEN, BLUE, WHITE = (1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 1)
+
+
+@pytest.mark.parametrize(
+    ("options", "u", "v", "wanted"),
+    [
+        ("", 0.25, 0.75, RED), ("-s 2 2 1", 0.3, 0.1, WHITE), ("-o 0.5 0 0", 0.25, 0.75, GREEN),
+        ("-s 1 0.5 -o 0 0.5", 0.25, 0.25, RED), ("-s 0.5", 0.75, 0.25, BLUE),
+        ("-clamp on -o 1 0", 0.25, 0.75, GREEN),
+    ],
+)  # fmt: skip
+def test_textures_are_moved_and_sized(
+    options: str, u: float, v: float, wanted: tuple[int, ...], tmp_path: Path
+) -> None:
+    """Coordinates are counted from the lower left corner."""
+    quarters = 255 * np.array([[RED, GREEN], [BLUE, WHITE]], np.uint8)
+    Image.fromarray(quarters).save(tmp_path / "glow.png")
+    mtl = f"newmtl M\nKd 0 0 0\nKe 1 1 1\nmap_Ke {options} glow.png"
+    (part,) = parts(tmp_path, f"{VERTICES}usemtl M\nf 1 2 3", mtl).values()
+    assert isinstance(part.radiance, Picture)
+    np.testing.assert_allclose(part.radiance.at(np.array([[u, 1 - v]])), [wanted])
+
+
+def test_coordinates_beyond_any_lamp(tmp_path: Path, fault: Any) -> None:
+    for far in ("1e200", "1e30"):
+        (tmp_path / "lamp.obj").write_text(f"v 0 0 0\nv {far} 0 0\nv 0 {far} 0\nf 1 2 3")
+        assert "mend the file" in fault(tmp_path / "lamp.obj", "--units", "m", "--emitter", "*")

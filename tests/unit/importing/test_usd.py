@@ -105,6 +105,67 @@ def test_what_is_invisible_or_a_guide_is_left_out(tmp_path: Path) -> None:
     assert [part.name for part in read_usd(path).parts] == ["Bulb"]
 
 
+READER = """
+        def Shader "T"
+        {
+            uniform token info:id = "UsdUVTexture"
+            asset inputs:file = @quarters.png@
+            token inputs:wrapS = "repeat"
+            float2 inputs:st.connect = </ShelfLight/Brass/X.outputs:result>
+            float3 outputs:rgb
+        }
+        def Shader "X"
+        {
+            uniform token info:id = "UsdTransform2d"
+            float2 inputs:in.connect = </ShelfLight/Brass/R.outputs:result>
+            float2 inputs:scale = (0.5, 1)
+            float inputs:rotation = 90
+            float2 inputs:translation = (1, 0.5)
+            float2 outputs:result
+        }
+        def Shader "R"
+        {
+            uniform token info:id = "UsdPrimvarReader_float2"
+            string inputs:varname = "UVMap"
+            float2 outputs:result
+        }
+        def Shader "S"
+"""
+
+
+def test_texture_coordinates_by_the_name_and_transform_that_are_said(tmp_path: Path) -> None:
+    quarters = 255 * np.array([[(1, 0, 0), (0, 1, 0)], [(0, 0, 1), (1, 1, 1)]], np.uint8)
+    Image.fromarray(quarters).save(tmp_path / "quarters.png")
+    path = usd.write(tmp_path, [model.base()])
+    text = path.read_text().replace('        def Shader "S"\n', READER)
+    connected = "color3f inputs:diffuseColor.connect = </ShelfLight/Brass/T.outputs:rgb>"
+    text = text.replace("color3f inputs:diffuseColor = (0.8, 0.6, 0.3)", connected)
+    uv = 'texCoord2f[] primvars:UVMap = [(0.5, 0.1)] ( interpolation = "constant" )'
+    path.write_text(text.replace("        point3f[]", f"        {uv}\n        point3f[]"))
+    (part,) = read_usd(path).parts
+    assert isinstance(part.material, Material)
+    assert isinstance(part.material.base_color, Picture)
+    assert part.mesh.uv is not None
+    np.testing.assert_allclose(part.mesh.uv[0], [0.5, 0.9], atol=1e-6)
+    # (0.5, 0.1) is scaled to (0.25, 0.1), turned to (-0.1, 0.25), moved to (0.9, 0.75)
+    np.testing.assert_allclose(part.material.base_color.at(part.mesh.uv[:1]), [(0, 1, 0)])
+
+
+@pytest.mark.parametrize(
+    ("shader", "weight"),
+    [("ND_standard_surface_surfaceshader", "base"), ("ND_open_pbr_surface_surfaceshader",
+                                                     "base_weight")],
+)  # fmt: skip
+def test_the_weight_of_the_base_counts(shader: str, weight: str, tmp_path: Path) -> None:
+    path = usd.write(tmp_path, [model.base()])
+    text = path.read_text().replace('"UsdPreviewSurface"', f'"{shader}"')
+    inputs = f"float inputs:{weight} = 0.05\n color3f inputs:base_color = (1, 1, 0.5)"
+    path.write_text(text.replace("color3f inputs:diffuseColor = (0.8, 0.6, 0.3)", inputs))
+    (part,) = read_usd(path).parts
+    assert isinstance(part.material, Material)
+    np.testing.assert_allclose(part.material.base_color, [0.05, 0.05, 0.025], rtol=1e-5)
+
+
 def test_textures_within_a_package(tmp_path: Path) -> None:
     buffer = io.BytesIO()
     Image.fromarray(np.full((2, 2, 3), (255, 0, 0), np.uint8)).save(buffer, "PNG")
@@ -124,7 +185,7 @@ def test_textures_within_a_package(tmp_path: Path) -> None:
     path.write_text(text.replace("color3f inputs:diffuseColor = (0.8, 0.6, 0.3)", connected))
     from pxr import UsdUtils
 
-    package = tmp_path / "package"
+    package = tmp_path / "package[1]"
     package.mkdir()
     assert UsdUtils.CreateNewUsdzPackage(str(path), str(package / "lamp.usdz"))
     for lamp in (read_usd(path), read_usd(package / "lamp.usdz")):
@@ -160,3 +221,9 @@ def test_broken_files_of_each_kind(size: int, tmp_path: Path, fault: Any) -> Non
         with cut.open("r+b") as handle:
             handle.truncate(size)
         assert str(cut) in fault(cut)
+
+
+def test_folders_may_have_brackets_in_their_names(tmp_path: Path) -> None:
+    folder = tmp_path / "lamp[1]"
+    folder.mkdir()
+    assert read_usd(usd.write(folder, model.lamp())).parts

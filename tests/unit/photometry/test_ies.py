@@ -97,6 +97,31 @@ def test_decimal_commas() -> None:
     assert "decimal points" in lamp.notes[0]
 
 
+def decimal_commas(*, lines: slice, text: str = TEXT) -> bytes:
+    """The text with decimal commas in some of its lines behind TILT."""
+    head, _, tail = text.partition("TILT=")
+    rows = tail.split("\n")
+    rows[lines] = [row.replace(".", ",") for row in rows[lines]]
+    return (head + "TILT=" + "\n".join(rows)).encode()
+
+
+SIMPLE = TEXT.replace("1 -1 1.0 37", "1 -1 1 37").replace("1.0 1.0 40\n", "1 1 40.5\n")
+TILTED = ies(TABLE, tilt="INCLUDE\n1\n3\n0 90 180\n1.0 0.9 0.8")
+
+
+@pytest.mark.parametrize(
+    ("lines", "text"),
+    [(slice(5, None), SIMPLE), (slice(0, None), SIMPLE), (slice(3, None), SIMPLE),
+     (slice(2, 3), SIMPLE), (slice(4, 5), TILTED), (slice(0, None), TILTED)],
+    ids=["candela", "everywhere", "angles and candela", "watts", "tilt", "tilt and everywhere"],
+)  # fmt: skip
+def test_decimal_commas_that_would_pass_as_more_numbers(lines: slice, text: str) -> None:
+    lamp = ies_photometry(decimal_commas(lines=lines, text=text), "lamp")
+    np.testing.assert_allclose(lamp.table.candela, TABLE.candela, rtol=1e-6)
+    assert lamp.watts == ies_photometry(text.encode(), "lamp").watts
+    assert "commas are taken as decimal points" in lamp.notes
+
+
 def test_angles_in_disorder_are_put_in_order() -> None:
     back = IntensityTable(TABLE.vertical[::-1], TABLE.horizontal, TABLE.candela[:, ::-1])
     lamp = ies_photometry(ies(back).encode(), "lamp")

@@ -10,6 +10,7 @@ PICTURE_PIXELS = 8192 * 8192
 LARGEST_PICTURE = 4096  # pixels along a side, to which larger ones are reduced
 TRIANGLES = 10_000_000  # of the lamp, instances counted each
 VERTICES = 3 * TRIANGLES
+COORDINATE = 1e12  # units and metres, beyond which volumes are too large for float32
 NODES = 100_000
 PARTS = 20_000
 DEPTH = 256  # of a hierarchy

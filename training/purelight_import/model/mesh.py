@@ -94,7 +94,8 @@ class Mesh:
         """
         finite = np.isfinite(self.positions).sum(1) == 3
         keep = finite[self.triangles].sum(1) == 3
-        keep[keep] = replace(self, triangles=self.triangles[keep]).areas > 0
+        with np.errstate(over="ignore", invalid="ignore"):  # Areas beyond numbers are some too.
+            keep[keep] = ~(replace(self, triangles=self.triangles[keep]).areas <= 0)
         if not keep.any():
             return None
         used, triangles = np.unique(self.triangles[keep], return_inverse=True)

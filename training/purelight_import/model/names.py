@@ -9,9 +9,12 @@ from purelight_import.model import limits
 
 
 def tidy(name: str) -> str:
-    """A name that files and XML can have, as near to the given one as can be."""
+    """A name that files and XML can have, as near to the given one as can be.
+
+    A dollar sign would begin a parameter of Mitsuba's XML.
+    """
     plain_name = "".join(c if c.isprintable() else " " for c in name)
-    return re.sub(r'[\s/\\:*?"<>|&\']+', "_", plain_name.strip())[: limits.NAME].strip("._")
+    return re.sub(r'[\s/\\:*?"<>|&\'$]+', "_", plain_name.strip())[: limits.NAME].strip("._")
 
 
 @dataclass

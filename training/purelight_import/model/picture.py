@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from purelight_format.srgb import encode
 
 LEVELS = 256
+UPSIDE_DOWN = np.array([[1.0, 0, 0], [0, -1, 1], [0, 0, 1]])  # The inverse of itself.
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,6 +64,12 @@ class Picture:
         if (factor == 1).all():
             return self
         return replace(self, pixels=self.linear * factor, srgb=False)
+
+    def under(self, matrix: NDArray[np.float64]) -> Picture:
+        """With a transform [3, 3] of coordinates whose origin is the lower left corner."""
+        if np.array_equal(matrix, np.eye(3)):
+            return self
+        return replace(self, to_uv=UPSIDE_DOWN @ matrix @ UPSIDE_DOWN)
 
     def mean(self) -> NDArray[np.float64]:
         """Mean linear value of each channel: [C]."""

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from purelight_format.errors import PureLightError
 from purelight_format.issues import plain
 from purelight_import.model import limits
@@ -36,7 +38,8 @@ class Builder:
         """Adds a part, unless none of its triangles has an area.
 
         Raises:
-            PureLightError: the lamp has too many triangles, or faces name vertices that are none.
+            PureLightError: the lamp has too many triangles, faces name vertices that are none, or
+                the part is too far away or too large to compute with.
         """
         self.count(len(mesh.triangles))
         if len(mesh.triangles) and mesh.triangles.max() >= len(mesh.positions):
@@ -45,6 +48,9 @@ class Builder:
         if proper is None:
             self.notes("parts without any area are left out", tidy(wanted))
             return
+        reach = float(np.abs(proper.bounds).max())
+        if reach > limits.COORDINATE:
+            raise PureLightError(f"'{plain(wanted, 80)}' reaches out to {reach:.3g}; mend the file")
         names = tuple(dict.fromkeys(filter(None, path)))
         name = self.name(wanted)
         self.parts.append(Part(name, proper, material, names, radiance, double_sided=double_sided))

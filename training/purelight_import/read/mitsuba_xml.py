@@ -1,121 +1,12 @@
-"""Mitsuba's XML of any version: files included, parameters filled in, what is no lamp left out."""
+"""References and instances of Mitsuba's XML, which become copies of what they stand for."""
 
 from __future__ import annotations
 
-import re
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator
-from pathlib import Path
-from typing import NoReturn
 
-from purelight_format import files
 from purelight_format.errors import PureLightError
 from purelight_import.model import limits
-from purelight_import.read.beside import beside
-
-ROOM = {"integrator", "sensor", "camera", "sampler", "film", "rfilter", "test", "path", "alias"}
-INCLUDES = 15  # files within each other
-ELEMENTS = 500_000
-
-
-class Plain(ET.TreeBuilder):
-    """Refuses document types, and with them entities."""
-
-    def doctype(self, *_: object) -> NoReturn:
-        raise ValueError("it has a document type, which no scene needs")
-
-
-def read_scene(path: Path) -> ET.Element:
-    """The scene of a file, self-contained but for meshes and pictures, whose paths are absolute.
-
-    Raises:
-        PureLightError: a file that it names cannot be read.
-        ValueError: it is broken.
-    """
-    root = parse(path)
-    if root.tag != "scene":
-        raise ValueError(f"it begins with <{root.tag[:40]}>, so it is no Mitsuba scene")
-    folder = path.resolve().parent
-    _include(root, folder, folder, 0)
-    if sum(1 for _ in root.iter()) > ELEMENTS:
-        raise ValueError("it has too many elements")
-    _fill_in(root)
-    return root
-
-
-def version(root: ET.Element) -> tuple[int, int]:
-    """Major and minor version of Mitsuba for which a scene was written."""
-    found = re.match(r"(\d+)(?:\.(\d+))?", root.get("version", ""))
-    if not found:
-        raise ValueError("its <scene> states no version")
-    return int(found[1]), int(found[2] or 0)
-
-
-def parse(path: Path) -> ET.Element:
-    """The content of one file.
-
-    Raises:
-        ValueError: it is no XML, or has a document type.
-    """
-    data = files.read_file(path, limits.TEXT_BYTES)
-    try:
-        return ET.fromstring(data, ET.XMLParser(target=Plain()))
-    except ET.ParseError as error:
-        raise ValueError(f"it is no XML: {error}") from None
-
-
-def _include(root: ET.Element, folder: Path, own: Path, depth: int) -> None:
-    """Puts the content of included files in their place, and notes where others may lie.
-
-    Arguments:
-        folder, own: of the scene, and of the file that `root` was read from.
-    """
-    if depth > INCLUDES:
-        raise ValueError("files include each other without an end")
-    for parent in list(root.iter()):
-        for index, element in reversed(list(enumerate(parent))):
-            if element.tag in ROOM:
-                parent.remove(element)
-            elif element.tag == "include":
-                path = beside(folder, element.get("filename", ""))
-                inner = parse(path)
-                _include(inner, folder, path.parent, depth + 1)
-                parent.remove(element)
-                for child in reversed(list(inner) if inner.tag == "scene" else [inner]):
-                    parent.insert(index, child)
-            elif element.tag == "string" and element.get("name") == "filename":
-                there = files.is_file(own / element.get("value", ""))
-                element.attrib.setdefault("folder", str(own if there else folder))
-
-
-def _fill_in(root: ET.Element) -> None:
-    """Fills in parameters ($name) by their defaults."""
-    values: dict[str, str] = {}
-    for parent in list(root.iter()):
-        for element in [e for e in parent if e.tag == "default"]:
-            values.setdefault(element.get("name", ""), element.get("value", ""))
-            parent.remove(element)
-    names = sorted(values, key=len, reverse=True)
-    for element in root.iter():
-        for key, text in element.attrib.items():
-            if "$" in text:
-                for name in names:
-                    text = text.replace(f"${name}", values[name]) if name else text
-                if len(text) > limits.TEXT_BYTES // 64:
-                    raise ValueError("its parameters grow without an end")
-                element.set(key, text)
-
-
-def find_files(element: ET.Element) -> None:
-    """Makes the paths of all files that an element names absolute.
-
-    Raises:
-        PureLightError: one is missing, or lies outside the lamp's folder.
-    """
-    for string in element.iter("string"):
-        folder = string.attrib.pop("folder", None)
-        if folder is not None:
-            string.set("value", str(beside(Path(folder), string.get("value", ""))))
 
 
 def by_id(root: ET.Element) -> dict[str, ET.Element]:

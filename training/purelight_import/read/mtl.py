@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from purelight_format import files
 from purelight_format.errors import PureLightError
@@ -158,20 +159,39 @@ class _Reading:
         return max(r, 0.0), max(g, 0.0), max(b, 0.0)
 
     def _picture(self, key: str, *, srgb: bool = False) -> Picture | None:
-        words = list(self.words.get(key, []))
-        while words and words[0] in OPTIONS:
-            count = OPTIONS[words[0]]
-            while count and len(words) > 2 and _numeric(words[1], words[0]):
-                words.pop(1)
-                count -= 1
-            words.pop(0)
-        if not words:
+        name, options = _split(self.words.get(key, []))
+        if not name:
             return None
         try:
-            return images.load(beside(self.folder, " ".join(words)), srgb=srgb)
+            picture = images.load(beside(self.folder, name), srgb=srgb)
         except PureLightError as error:
             self.notes(f"a texture is left out: {error}", self.name)
             return None
+        if options.get("-clamp") == ["on"]:
+            picture = replace(picture, wrap="clamp")
+        return picture.under(_transform(options))
+
+
+def _split(words: list[str]) -> tuple[str, dict[str, list[str]]]:
+    """The name of a texture's file, and the options before it."""
+    words, options = list(words), dict[str, list[str]]()
+    while words and words[0] in OPTIONS:
+        option = words.pop(0)
+        values = options[option] = []
+        while len(values) < OPTIONS[option] and len(words) > 1 and _numeric(words[0], option):
+            values.append(words.pop(0))
+    return " ".join(words), options
+
+
+def _transform(options: dict[str, list[str]]) -> NDArray[np.float64]:
+    """Texture coordinates [3, 3] are multiplied by -s, then -o is added."""
+    matrix = np.eye(3)
+    for row in range(2):
+        for option, column in (("-s", row), ("-o", 2)):
+            values = options.get(option, [])[row : row + 1]
+            if values and np.isfinite(float(values[0])):
+                matrix[row, column] = float(values[0])
+    return matrix
 
 
 def _numeric(word: str, option: str) -> bool:

@@ -138,9 +138,7 @@ def _statements(data: bytes) -> Iterator[tuple[str, str]]:
         if line.startswith("#"):
             yield "#", line[:200]
             continue
-        key, _, rest = line.partition(" ")
-        if not rest:
-            key, _, rest = line.partition("\t")
+        key, rest = [*line.split(None, 1), "", ""][:2]
         if key:
             yield key, rest.partition("#")[0].strip() if key in ("v", "vt", "vn", "f") else rest
 

@@ -63,11 +63,13 @@ def _only_beside(opened: Any, path: Path) -> None:
     Raises:
         PureLightError: they do.
     """
+    from pxr import Ar
+
     root = path.resolve().parent
     for layer in opened.GetUsedLayers():
         if layer.anonymous or not layer.realPath:
             continue
-        file = Path(layer.realPath.split("[")[0]).resolve()
+        file = Path(Ar.SplitPackageRelativePathOuter(layer.realPath)[0]).resolve()
         if not file.is_relative_to(root):
             raise PureLightError(f"{path}: its layer {file.name} lies outside the lamp's folder")
 

@@ -9,13 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from purelight_format.errors import PureLightError
-from purelight_import.model import limits
 from purelight_import.model.material import BLACK, RGB, WHITE, Color, Material, Value
 from purelight_import.model.notes import Notes
 from purelight_import.model.picture import Picture
-from purelight_import.read import images
-from purelight_import.read.beside import beside
+from purelight_import.read.usd_textures import Textures
+from purelight_mitsuba.usd_scene.shader_inputs import upstream, value
 from purelight_mitsuba.usd_scene.values import Values
 
 CHANNELS = {"r": 0, "g": 1, "b": 2, "a": 3}
@@ -51,7 +49,10 @@ class Materials:
     notes: Notes
     path: Path
     made: dict[str, Surface] = field(default_factory=dict)
-    pictures: dict[tuple[str, bool], Picture | None] = field(default_factory=dict)
+    textures: Textures = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.textures = Textures(self.values, self.notes, self.path)
 
     def subsets(self, prim: Any) -> Iterator[tuple[Any, np.ndarray]]:
         """The parts of a mesh with materials of their own: prim, and its faces."""
@@ -62,28 +63,26 @@ class Materials:
             yield subset.GetPrim(), np.asarray(faces if faces is not None else [], np.int64)
 
     def uv_name(self, prim: Any) -> str:
-        """The primvar that holds texture coordinates."""
+        """The primvar that holds the texture coordinates of a prim's material, `st` by default."""
+        for bound in (prim, *(subset for subset, _ in self.subsets(prim))):
+            shader = _bound(bound)[1]
+            reader = upstream(shader, "UsdPrimvarReader_float2") if shader else None
+            name = value(reader, "varname", "", self.values) if reader else ""
+            if name:
+                return str(name)
         return "st"
 
     def surface(self, bound: Any, shape: Any) -> Surface:
         """What is bound to a prim, or a matt surface of its display colour."""
-        from pxr import UsdShade
-
-        material, _ = UsdShade.MaterialBindingAPI(bound).ComputeBoundMaterial()
-        if not material:
-            return Surface(self._plain("", shape))
-        name = material.GetPrim().GetName()
-        for context in ("", "mtlx"):
-            shader = material.ComputeSurfaceSource(context)[0]
-            words = None if not shader else _words(str(shader.GetIdAttr().Get() or ""))
-            if words is not None:
-                break
-        else:
-            self.notes("materials that are no UsdPreviewSurface are matt", name)
+        material, shader = _bound(bound)
+        name = material.GetPrim().GetName() if material else ""
+        if not shader:
+            if material:
+                self.notes("materials that are no UsdPreviewSurface are matt", name)
             return Surface(self._plain(name, shape))
         key = str(shader.GetPath())
         if key not in self.made:
-            self.made[key] = self._read(name, shader, words)
+            self.made[key] = self._read(name, shader, _words(shader) or PREVIEW)
         return self.made[key]
 
     def _plain(self, name: str, prim: Any) -> Material:
@@ -95,6 +94,7 @@ class Materials:
         read = _Shader(self, name, shader, words)
         preview = words is PREVIEW
         base = read.color("base", (PLAIN,) * 3 if preview else (0.8,) * 3)
+        base = _times(base, 1.0 if preview else float(np.clip(read.number("weight", 1.0), 0, 1)))
         if preview and int(read.number("useSpecularWorkflow", 0)):
             self.notes("specular workflow is taken by its diffuse colour", name)
         material = Material(
@@ -110,8 +110,21 @@ class Materials:
         return Surface(material, None if dark else _times(emission, strength))
 
 
-def _words(identifier: str) -> dict[str, str] | None:
+def _bound(prim: Any) -> tuple[Any, Any]:
+    """The material that is bound to a prim, and its shader if that is of a kind that is known."""
+    from pxr import UsdShade
+
+    material, _ = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial()
+    for context in ("", "mtlx") if material else ():
+        shader = material.ComputeSurfaceSource(context)[0]
+        if shader and _words(shader) is not None:
+            return material, shader
+    return material, None
+
+
+def _words(shader: Any) -> dict[str, str] | None:
     """How a shader calls things, None if it is of no kind that is known."""
+    identifier = str(shader.GetIdAttr().Get() or "")
     if identifier == "UsdPreviewSurface":
         return PREVIEW
     if "standard_surface" in identifier:
@@ -162,18 +175,15 @@ class _Shader:
     def __init__(self, materials: Materials, name: str, shader: Any, words: dict[str, str]) -> None:
         self.all, self.name, self.shader, self.words = materials, name, shader, words
 
-    def plain(self, key: str, default: Any, shader: Any = None) -> Any:
+    def plain(self, key: str, default: Any) -> Any:
         """An input's value, followed through the material's interface, not through textures."""
-        source = (shader or self.shader).GetInput(self.words.get(key, key))
-        attributes = source.GetValueProducingAttributes() if source else []
-        value = attributes[0].Get(self.all.values.time) if attributes else None
-        return default if value is None else value
+        return value(self.shader, self.words.get(key, key), default, self.all.values)
 
     def number(self, key: str, default: float) -> float:
-        value = self.plain(key, default)
-        if not isinstance(value, (bool, int, float)) or not np.isfinite(value):
+        found = self.plain(key, default)
+        if not isinstance(found, (bool, int, float)) or not np.isfinite(found):
             return default
-        return float(value)
+        return float(found)
 
     def value(self, key: str, default: float) -> Value:
         """A number, or one channel of a texture."""
@@ -208,45 +218,5 @@ class _Shader:
             if producer.GetIdAttr().Get():
                 self.all.notes("networks of shading nodes are left out", self.name)
             return None
-        picture = self._picture(producer, srgb=srgb)
+        picture = self.all.textures.picture(producer, self.name, srgb=srgb)
         return None if picture is None else (picture, attributes[0].GetBaseName())
-
-    def _picture(self, reader: Any, *, srgb: bool) -> Picture | None:
-        space = str(self.plain("sourceColorSpace", "auto", reader))
-        encoded = srgb if space == "auto" else space == "sRGB"
-        asset = self.plain("file", None, reader)
-        name = "" if asset is None else str(asset.path)
-        if (name, encoded) not in self.all.pictures:
-            self.all.pictures[name, encoded] = self._load(asset, name, srgb=encoded)
-        picture = self.all.pictures[name, encoded]
-        if picture is None:
-            return None
-        wrap = str(self.plain("wrapS", "useMetadata", reader))
-        scale = np.asarray(self.plain("scale", (1, 1, 1, 1), reader), np.float32)
-        bias = np.asarray(self.plain("bias", (0, 0, 0, 0), reader), np.float32)
-        count = picture.pixels.shape[2]
-        normal = "normal" in str(reader.GetPath()).lower() and scale[0] == 2
-        if not normal and ((scale != 1).any() or (bias != 0).any()):
-            pixels = np.maximum(picture.linear * scale[:count] + bias[:count], 0)
-            picture = replace(picture, pixels=pixels, srgb=False)
-        return replace(picture, wrap={"clamp": "clamp", "mirror": "mirror"}.get(wrap, "repeat"))
-
-    def _load(self, asset: Any, name: str, *, srgb: bool) -> Picture | None:
-        """A texture beside the stage, or within a package."""
-        from pxr import Ar
-
-        try:
-            resolved = str(asset.resolvedPath) if asset is not None else ""
-            if "[" in resolved:  # Within a .usdz package, whose folder was checked.
-                opened = Ar.GetResolver().OpenAsset(Ar.ResolvedPath(resolved))
-                if not opened or opened.GetSize() > limits.PICTURE_BYTES:
-                    raise PureLightError(f"{name} cannot be read")
-                return images.decode(Path(name).stem, bytes(opened.GetBuffer()), srgb=srgb)
-            folder = self.all.path.resolve().parent
-            relative = Path(resolved or name)
-            if relative.is_absolute() and relative.is_relative_to(folder):
-                relative = relative.relative_to(folder)
-            return images.load(beside(folder, str(relative)), srgb=srgb)
-        except PureLightError as error:
-            self.all.notes(f"a texture is left out: {error}", self.name)
-            return None

@@ -71,7 +71,8 @@ def replaced(folder: Path, record: dict[str, Any]) -> Iterator[Path]:
         draft.mkdir(parents=True)
         yield draft
         text = json.dumps({**record, "files": digests(draft)}, indent=1, ensure_ascii=False)
-        (draft / RECORD).write_text(text + "\n", "utf-8")
+        # Names of a file may have half a character, which no text can hold.
+        (draft / RECORD).write_bytes(f"{text}\n".encode("utf-8", "replace"))
         _swap(draft, folder)
     except OSError as error:
         raise PureLightError(
@@ -85,14 +86,24 @@ def replaced(folder: Path, record: dict[str, Any]) -> Iterator[Path]:
 
 
 def _swap(draft: Path, folder: Path) -> None:
-    """Puts a folder in the place of another, which is there whole until the new one is."""
-    old = draft.with_suffix(".old")
-    if folder.exists():
-        os.replace(folder, old)
-    try:
+    """Puts a folder in the place of another, or its content into one that is there.
+
+    That one is never moved itself: shells and file managers may stand in it.
+    """
+    if not folder.exists():
         os.replace(draft, folder)
-    except OSError:
-        if old.exists():
-            os.replace(old, folder)
+        return
+    old = draft.with_suffix(".old")
+    old.mkdir()
+    moved: list[tuple[Path, Path]] = []
+    try:
+        for source, target in ((folder, old), (draft, folder)):
+            for entry in sorted(source.iterdir()):
+                os.replace(entry, target / entry.name)
+                moved.append((entry, target / entry.name))
+    except BaseException:
+        for entry, place in reversed(moved):
+            os.replace(place, entry)
+        old.rmdir()
         raise
     shutil.rmtree(old, ignore_errors=True)

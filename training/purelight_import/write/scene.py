@@ -100,9 +100,9 @@ class _Writer:
             return bsdf.elements(part.material, self.textures, solid=part.solid)
         found = [ET.fromstring(text) for text in part.material.elements]
         files = {path: self.textures.copy(path, name) for name, path in part.material.files}
-        for element in found:
-            for string in element.iter("string"):
-                string.set("value", files.get(string.get("value", ""), string.get("value", "")))
+        for key in ("value", "filename"):
+            for inner in (e for element in found for e in element.iter() if e.get(key) in files):
+                inner.set(key, files[inner.attrib[key]])
         return found
 
     def _share(self, element: ET.Element, part: Part) -> ET.Element:

@@ -49,7 +49,8 @@ class Textures:
 
     def copy(self, path: str, name: str) -> str:
         """Copies a file that a material names; returns what to call it."""
-        filename = self._name(Path(name).stem, Path(name).suffix.lower())
+        suffix = tidy(Path(name).suffix.lower())
+        filename = self._name(Path(name).stem, f".{suffix}" if suffix else "")
         try:
             shutil.copyfile(path, self.folder / filename)
         except OSError as error:
