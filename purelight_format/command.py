@@ -10,6 +10,7 @@ import sys
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from datetime import datetime
 from typing import NoReturn
 
 from purelight_format.errors import PureLightError
@@ -43,6 +44,14 @@ def number(low: float, high: float = math.inf) -> Callable[[str], float]:
         return value
 
     return read
+
+
+def day(text: str) -> str:
+    """A type of arguments: dates as YYYY-MM-DD."""
+    try:
+        return datetime.strptime(text, "%Y-%m-%d").date().isoformat()
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text}: give a date such as 2026-01-31") from None
 
 
 def run(name: str, action: Callable[[], int]) -> int:

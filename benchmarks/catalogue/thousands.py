@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.catalogue.lamps import write_lamps
-from benchmarks.catalogue.watch import catalogue, watch
+from benchmarks.catalogue.watch import ISSUED, catalogue, watch
 from purelight_catalogue.engine import engine, run
 from purelight_catalogue.entries import read_entries
 from purelight_catalogue.jobs import Job, Settings, jobs_of
@@ -42,7 +42,9 @@ def thousands(folder: Path, count: int, seed: int, preset: str) -> Figures:
     results = Results((output / "results").absolute())
 
     begun = time.process_time()
-    work = {entry.name: jobs_of(entry, Settings(preset)) for entry in read_entries(table)}
+    work = {
+        entry.name: jobs_of(entry, Settings(preset, issued=ISSUED)) for entry in read_entries(table)
+    }
     planning = time.process_time() - begun
     first, *others = work.values()
     for jobs in others:

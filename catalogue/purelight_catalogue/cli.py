@@ -32,19 +32,16 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _catalogue(options: argparse.Namespace) -> int:
-    settings = Settings(
-        options.preset,
-        options.seed,
-        options.target_error,
-        photons=options.photons,
-        device=options.device,
-    )
     entries = read_entries(options.lamps)
-    if unknown := check_presets(entries, settings):
+    if unknown := check_presets(entries, options.preset):
         raise PureLightError(f"no preset {unknown[0]}; choose from {' '.join(sorted(PRESETS))}")
     atomic.check_folder(options.output)
     results = Results((options.output / "results").absolute())
     results.sweep()
+    settings = Settings(
+        options.preset, options.seed, options.target_error, photons=options.photons,
+        device=options.device, issued=options.issued or results.begun(),
+    )  # fmt: skip
     work, faults = _plan(entries, settings)
     mine = _shard(work, options.shard)
     outcomes = _do(mine, results, options)
@@ -131,6 +128,8 @@ def _parser() -> command.Parser:
         help="the smallest networks within this error, as purelight-size finds them")  # fmt: skip
     add("--photons", type=_photons, default=0, metavar="N",
         help="trace as many besides, in parts, for flux, far field and a picture")  # fmt: skip
+    add("--issued", type=command.day, metavar="YYYY-MM-DD",
+        help="date in photometric files (default: the day the catalogue was begun)")  # fmt: skip
     add("--device", choices=("cpu", "cuda"), default="cpu", help="of training")
     add("--workers", type=_count, default=os.cpu_count() or 1,
         help="jobs side by side on this machine, a core each")  # fmt: skip

@@ -33,6 +33,7 @@ class Settings:
         picture: pixels along each side of a lamp's picture.
         photons: to trace besides, for flux, far field and a picture that are known well.
         device: of training; a GPU is a resource that a job asks for.
+        issued: date in photometric files, YYYY-MM-DD.
     """
 
     preset: str = "draft"
@@ -41,6 +42,7 @@ class Settings:
     picture: int = 384
     photons: int = 0
     device: str = "cpu"
+    issued: str = "2000-01-01"
 
 
 @dataclass(frozen=True)
@@ -88,19 +90,21 @@ def jobs_of(entry: Entry, settings: Settings) -> list[Job]:
     jobs = [train]
     if target:
         jobs.append(_job("size", entry, {"run": train}, training, target_error=target))
-    export = _job("export", entry, {"run": jobs[-1]}, name=entry.name, lumens=entry.lumens)
+    export = _job("export", entry, {"run": jobs[-1]}, name=entry.name, lumens=entry.lumens,
+                  issued=settings.issued)  # fmt: skip
     check = _job("check", entry, {"bundle": export}, name=entry.name)
     picture = _job("picture", entry, {"bundle": export}, name=entry.name, size=settings.picture)
-    return [*jobs, export, check, picture, *_photons(entry, train, settings.photons)]
+    return [*jobs, export, check, picture, *_photons(entry, train, settings)]
 
 
-def _photons(entry: Entry, train: Job, count: int) -> list[Job]:
+def _photons(entry: Entry, train: Job, settings: Settings) -> list[Job]:
     """Tracing in parts, and what joins them; nothing of measured rays, which cannot be traced."""
-    if not count or is_ray_file(entry.file):
+    if not settings.photons or is_ray_file(entry.file):
         return []
-    parts = [_part(entry, train, 1 + number) for number in range(-(-count // PART))]
+    parts = [_part(entry, train, 1 + number) for number in range(-(-settings.photons // PART))]
     before = {f"part {number}": part for number, part in enumerate(parts)}
-    join = _job("photometry", entry, {"run": train, **before}, name=entry.name, lumens=entry.lumens)
+    join = _job("photometry", entry, {"run": train, **before}, name=entry.name,
+                lumens=entry.lumens, issued=settings.issued)  # fmt: skip
     return [*parts, join]
 
 
@@ -134,7 +138,7 @@ def job_key(stage: str, arguments: Mapping[str, Any], before: Mapping[str, str])
     return hashlib.sha256(text.encode()).hexdigest()
 
 
-def check_presets(entries: Sequence[Entry], settings: Settings) -> list[str]:
-    """Presets that nobody knows, each once."""
-    named = {entry.options.get("preset", (settings.preset,))[0] for entry in entries}
+def check_presets(entries: Sequence[Entry], usual: str) -> list[str]:
+    """Presets that nobody knows, each once; the usual one is of lamps that name none."""
+    named = {entry.options.get("preset", (usual,))[0] for entry in entries}
     return sorted(named - set(PRESETS))

@@ -151,7 +151,7 @@ def _parser() -> command.Parser:
     join.add_argument("--name", required=True)
     join.add_argument("--lumens", type=float, help="to scale the light to, as an export of --run")
     join.add_argument("--run", type=Path, help="the lamp's training")
-    join.add_argument("--issued", default="2000-01-01", help="date in the IES file")
+    join.add_argument("--issued", required=True, help="date in the IES file, YYYY-MM-DD")
     join.add_argument("--output", type=Path, required=True)
     join.set_defaults(action=_join)
     return parser

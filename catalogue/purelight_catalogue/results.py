@@ -2,6 +2,7 @@
 
     RESULTS/train-0123456789abcdef/         a finished job's files; `job.json` is written last
     RESULTS/.train-0123….HOST.PID.RANDOM/   one that is being done
+    RESULTS/begun-2026-01-31                the day of the first command
 
 A job is done in a folder of its own, which gets its name once it is whole: a worker that is killed,
 a full disk or a power failure leaves either nothing or everything. Two workers that do the same job
@@ -18,6 +19,7 @@ import socket
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass
+from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +28,7 @@ from purelight_format import atomic
 
 NAME = 16  # digits of a key in a folder's name
 RECORD = "job.json"
+BEGUN = "begun-"
 
 
 @dataclass(frozen=True)
@@ -87,6 +90,17 @@ class Results:
         with suppress(FileExistsError, OSError):
             os.rename(draft, home)
         return self.record(job.stage, job.key) or _not_kept(home)
+
+    def begun(self) -> str:
+        """The day on which the first command came to this folder, YYYY-MM-DD, by UTC.
+
+        A file's name tells it: where commands begin side by side at midnight, the earliest counts
+        for all of them.
+        """
+        if not any(self.folder.glob(f"{BEGUN}*")):
+            self.folder.mkdir(parents=True, exist_ok=True)
+            (self.folder / f"{BEGUN}{datetime.now(timezone.utc):%Y-%m-%d}").touch()
+        return min(file.name for file in self.folder.glob(f"{BEGUN}*")).removeprefix(BEGUN)
 
     def sweep(self) -> int:
         """Remove the drafts of processes of this machine that are gone; how many there were."""

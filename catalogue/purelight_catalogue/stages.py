@@ -73,7 +73,7 @@ def export(job: Job, place: Place) -> list[Command]:
     name, lumens = job.arguments["name"], job.arguments["lumens"]
     words = [
         str(place.before[RUN] / RUN), "--output", str(place.folder / f"{name}.plux"),
-        "--name", name, "--photometry", "ies,ldt",
+        "--name", name, "--photometry", "ies,ldt", "--issued", job.arguments["issued"],
     ]  # fmt: skip
     if lumens:
         words += ["--lumens", str(lumens)]
@@ -111,7 +111,8 @@ def photons(job: Job, place: Place) -> list[Command]:
 def photometry(job: Job, place: Place) -> list[Command]:
     """All parts of a lamp's light joined."""
     parts = (str(path / "part.npz") for role, path in place.before.items() if role != RUN)
-    words = ["join", *parts, "--name", job.arguments["name"], "--output", str(place.folder)]
+    name, issued = job.arguments["name"], job.arguments["issued"]
+    words = ["join", *parts, "--name", name, "--issued", issued, "--output", str(place.folder)]
     if job.arguments["lumens"]:
         words += ["--lumens", str(job.arguments["lumens"]), "--run", str(place.before[RUN] / RUN)]
     return [Command("purelight_catalogue.photons", tuple(words))]

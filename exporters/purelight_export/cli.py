@@ -22,7 +22,7 @@ def _export(options: argparse.Namespace) -> int:
     written = export(
         options.run, options.output, networks=options.networks,
         compact=options.precision == "compact", name=options.name, lumens=options.lumens,
-        photometry=options.photometry,
+        photometry=options.photometry, issued=options.issued,
     )  # fmt: skip
     for path in written:
         print(f"{path}  {path.stat().st_size / 1e6:.2f} MB")
@@ -46,6 +46,8 @@ def _parser() -> command.Parser:
         metavar="LM",
         help="luminous flux to scale the lamp to (default: as traced)",
     )
+    add("--issued", type=command.day, metavar="YYYY-MM-DD",
+        help="date in photometric files (default: the day the run was finished)")  # fmt: skip
     return parser
 
 

@@ -59,6 +59,7 @@ def export(
     name: str | None = None,
     lumens: float | None = None,
     photometry: Sequence[str] = (IES,),
+    issued: str | None = None,
 ) -> list[Path]:
     """Writes lamp.plux, and beside it lamp.ies, lamp.shape.ies and lamp.usda.
 
@@ -76,6 +77,7 @@ def export(
         name: What to call the lamp; like its scene by default.
         lumens: Luminous flux that all of its light is scaled to; as traced by default.
         photometry: Which photometric files go beside the bundle, some of `PHOTOMETRIC`.
+        issued: Date in photometric files, YYYY-MM-DD; the day the run was finished by default.
 
     Returns:
         The files written.
@@ -93,7 +95,7 @@ def export(
     run = RunDirectory.open(run_path)
     if lumens is not None:
         run = replace(run, power=_power(run, lumens))
-    lamp = Facts(run, name or Path(run.config["luminaire"]).stem, lumens)
+    lamp = Facts(run, name or Path(run.config["luminaire"]).stem, lumens, issued)
     parts = make_parts(run, lamp.extent, networks, compact=compact)
     members, infos, errors = _networks(parts, compact=compact)
     members |= lamp.surface.to_members()
@@ -128,11 +130,13 @@ class Facts:
         run: A finished run directory.
         name: What to call the lamp.
         lumens: What its light was scaled to by the run's factor, if it was.
+        date: In photometric files, YYYY-MM-DD, if not that of the run.
     """
 
     run: RunDirectory
     name: str
     lumens: float | None = None
+    date: str | None = None
 
     @cached_property
     def surface(self) -> Surface:
@@ -168,7 +172,9 @@ class Facts:
 
     @cached_property
     def issued(self) -> str:
-        """The day the run was finished, so that a second export gives the same bytes."""
+        """Some day, or else that of the run's end: a second export gives the same bytes."""
+        if self.date:
+            return self.date
         seconds = (self.run.path / "metrics.json").stat().st_mtime
         return datetime.fromtimestamp(seconds, timezone.utc).strftime("%Y-%m-%d")
 

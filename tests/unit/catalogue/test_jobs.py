@@ -32,6 +32,13 @@ def test_only_what_depends_on_a_change_gets_a_new_key(entries: list[Entry]) -> N
     assert all(other[stage] != before[stage] for stage in before)
 
 
+def test_the_date_is_in_photometry_alone(entries: list[Entry]) -> None:
+    asked = Settings(photons=1)
+    before, later = (keys(entries[0], s) for s in (asked, replace(asked, issued="2026-01-31")))
+    same = [stage for stage in before if later[stage] == before[stage]]
+    assert same == ["train", "photons"]
+
+
 def test_a_target_error_adds_a_stage(entries: list[Entry]) -> None:
     jobs = jobs_of(entries[0], Settings(target_error=0.05))
     assert [job.stage for job in jobs] == ["train", "size", "export", "check", "picture"]

@@ -18,6 +18,8 @@ from purelight_format.errors import PureLightError
 from purelight_train.runs.run_directory import RunDirectory
 from tests.support import tiny, untrained
 
+ISSUED = ("--issued", "2026-01-31")
+
 
 def batches(count: int) -> list[dict[str, np.ndarray]]:
     rng = np.random.default_rng(5)
@@ -78,7 +80,7 @@ def test_a_lamp_is_traced_and_joined(tmp_path: Path) -> None:
         files.append(tmp_path / f"{seed}.npz")
         words = ["trace", str(lamp), "--paths", "1", "--seed", str(seed), "--output"]
         assert photons.main([*words, str(files[-1])]) == 0
-    words = ["join", *map(str, files), "--name", "lamp", "--output", str(tmp_path / "out")]
+    words = ["join", *map(str, files), "--name", "lamp", *ISSUED, "--output", str(tmp_path / "out")]
     assert photons.main(words) == 0
     figures = json.loads((tmp_path / "out/lamp.photons.json").read_text())
     first, second = (Streams.read(file).mean("flux") for file in files)
@@ -122,7 +124,7 @@ def test_traced_light_is_scaled_as_the_bundle_is(tmp_path: Path) -> None:
     streams.write(part)
     found = []
     for more in ([], ["--lumens", str(2 * trained), "--run", str(run.path)]):
-        words = ["join", str(part), "--name", "lamp", "--output", str(tmp_path / "out")]
+        words = ["join", str(part), "--name", "lamp", *ISSUED, "--output", str(tmp_path / "out")]
         assert photons.main([*words, *more]) == 0
         found.append(json.loads((tmp_path / "out/lamp.photons.json").read_text()))
     for key in ("flux", "flux_error", "lumens", "lumens_error"):

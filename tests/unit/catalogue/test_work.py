@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from datetime import datetime, timezone
 from pathlib import Path
 
 import pytest
@@ -120,3 +121,12 @@ def test_a_result_without_its_record_is_none(tmp_path: Path) -> None:
     assert results.done(JOB) is None
     with results.attempt(JOB) as draft:
         assert results.keep(draft, JOB, 1.0, 1.0).seconds == 1.0
+
+
+def test_the_day_is_that_of_the_first_command(tmp_path: Path) -> None:
+    results = Results(tmp_path / "results")
+    first = results.begun()
+    assert datetime.strptime(first, "%Y-%m-%d").date() <= datetime.now(timezone.utc).date()
+    (results.folder / "begun-2026-01-31").touch()  # By another machine, which was earlier
+    assert results.begun() == "2026-01-31"
+    assert first != "2026-01-31"

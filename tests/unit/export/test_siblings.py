@@ -62,3 +62,14 @@ def test_own_files_are_replaced(run: Path, tmp_path: Path) -> None:
         )  # fmt: skip
     assert {path.name for path in written} == {"lamp.plux"} | {n for n in THEIRS if "/" not in n}
     assert b"[LUMINAIRE] New" in (tmp_path / "lamp.ies").read_bytes()
+
+
+def test_the_date_is_what_is_asked_for(run: Path, tmp_path: Path) -> None:
+    """Or the day of the run: the bytes are never those of the clock."""
+    for day in ("2001-02-03", None):
+        paths = [tmp_path / f"{day}-{k}.plux" for k in range(2)]
+        for path in paths:
+            export(run, path, name="lamp", networks=["appearance"], issued=day)
+        first, second = (path.with_suffix(".ies").read_text() for path in paths)
+        assert first == second
+        assert ("[ISSUEDATE] 2001-02-03" in first) == (day is not None)
