@@ -241,3 +241,10 @@ def test_renders_from_the_command_line(tmp_path: Path, capsys: pytest.CaptureFix
     assert picture.shape == (9, 9, 3)
     np.testing.assert_allclose(picture[4, 4], 1, rtol=1e-3)
     assert dr.backend_v(mi.Float) == dr.JitBackend.LLVM
+
+
+def test_a_light_of_no_finite_strength_is_named(tmp_path: Path) -> None:
+    for values in ("float inputs:exposure = 1e9", "float inputs:intensity = inf"):
+        light = LIGHT.format(kind="SphereLight", values=values, place="(0, 0, 2, 1)")
+        notes = loaded(tmp_path, light).notes
+        assert any("not of finite strength" in note for note in notes), values

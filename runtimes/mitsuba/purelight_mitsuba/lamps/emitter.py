@@ -55,10 +55,10 @@ class BundleEmitter(mi.Emitter):
     def _place(self) -> None:
         name = self.luminaire.path.name
         matrix = np.array(self.to_world.matrix, np.float64).reshape(4, 4)
-        self.placement = Placement.of(matrix, name)
-        self.level = float(self.dimmer.numpy()[0])
-        if not (math.isfinite(self.level) and self.level >= 0):
+        placement, level = Placement.of(matrix, name), float(self.dimmer.numpy()[0])
+        if not (math.isfinite(level) and level >= 0):
             raise PureLightError(f"{name}: dimmer must be a finite number of zero or more")
+        self.placement, self.level = placement, level  # What is refused changes nothing
 
     @property
     def finishes(self) -> tuple[Finish, ...]:

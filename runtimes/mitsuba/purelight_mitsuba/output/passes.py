@@ -83,7 +83,13 @@ def render_passes(
     Returns:
         The picture, [H, W, 3] float32, linear; and its light groups by name, if the integrator
         keeps them apart.
+
+    Raises:
+        PureLightError: If the film keeps something else than red, green and blue.
     """
+    film = re.search(r"pixel_format = (\w+)", str(scene.sensors()[0].film()))
+    if film and film[1] not in ("rgb", "rgba"):
+        raise PureLightError(f"the film's pixel_format is {film[1]}; give it rgb or rgba")
     pixels = int(np.prod(scene.sensors()[0].film().crop_size()))
     count = max(1, -(-spp * pixels // SAMPLES))
     counts = [len(part) for part in np.array_split(np.arange(spp), min(count, spp))]

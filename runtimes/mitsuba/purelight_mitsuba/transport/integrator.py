@@ -47,8 +47,10 @@ class PureLightIntegrator(mi.SamplingIntegrator):
             raise PureLightError(f"engine {self.engine} is none of {', '.join(ENGINES)}")
         self.light_groups = bool(props.get("light_groups", False))
         depth = int(props.get("max_depth", -1))
-        self.max_depth = 0xFFFFFFFF if depth < 0 else depth
+        self.max_depth = 0xFFFFFFFF if depth == -1 else depth
         self.rr_depth = int(props.get("rr_depth", 5))
+        if depth < -1 or self.rr_depth < 1:
+            raise PureLightError("max_depth must be -1 or more, rr_depth 1 or more")
         self._parts: SceneParts | None = None
         self.spoilt = 0
         self._spoilt = dr.zeros(mi.UInt32)
@@ -112,6 +114,7 @@ class PureLightIntegrator(mi.SamplingIntegrator):
         active: mi.Bool = True,
     ) -> tuple[mi.Color3f, mi.Bool, list[mi.Float]]:
         parts = self.prepare(scene)
+        active = active & (self.max_depth > 0)
         limits = Limits(self.max_depth, self.rr_depth, self.hide_emitters)
         path = PathTracer(scene, parts, limits, self)(ray, sampler, active)
         spoilt = path.light.spoilt

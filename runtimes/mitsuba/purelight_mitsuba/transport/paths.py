@@ -53,7 +53,7 @@ class PathTracer:
         found = self._next(path)
 
         # What the lamps before it add, and let through; also on the last vertex's shadow rays
-        length = dr.select(found.is_valid(), found.t, dr.largest(mi.Float))
+        length = dr.select(found.is_valid(), found.t, path.ray.maxt)  # A camera may clip
         own, skip = path.departure.own, path.departure.skip
         view = Segment.of(path.ray, length, path.throughput, visible, own=own, skip=skip)
         walked = parts.walk(view, path.departure, path.shadow_rays, sampler)

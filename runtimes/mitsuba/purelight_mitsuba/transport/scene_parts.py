@@ -68,7 +68,8 @@ def prepare(scene: mi.Scene, settings: Settings, before: SceneParts | None) -> S
         emitter.refresh()
     # The scene itself would keep the integrator, and so itself, alive for ever.
     state = ((e.placement, e.level, e.luminaire, e.light_group) for e in emitters)
-    key = (settings, *scene.emitters(), *state)
+    weights = (float(e.sampling_weight()) for e in scene.emitters())
+    key = (settings, *scene.emitters(), *weights, *state)
     if before is not None and before.key == key:
         return before
     groups = tuple(group_names(emitters)) if settings.light_groups else ()

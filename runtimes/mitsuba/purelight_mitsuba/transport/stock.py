@@ -12,13 +12,16 @@ from purelight_mitsuba.transport.state import Path, Vertex
 
 
 class StockEmitters:
-    """The emitters of a scene that are not PureLight's; false if there is none."""
+    """The emitters of a scene that are not PureLight's; false if there is none.
+
+    One whose sampling weight is zero is not aimed at, but may be hit.
+    """
 
     def __init__(self, scene: mi.Scene) -> None:
         emitters = [e for e in scene.emitters() if not isinstance(e, PureLightEmitter)]
         weights = [float(e.sampling_weight()) for e in emitters]
-        self._count = len(emitters) if sum(weights) > 0 else 0
-        if self._count:
+        self._count, self._aims = len(emitters), sum(weights) > 0
+        if self._aims:
             self._total = mi.Float(sum(weights))
             self._choice = mi.DiscreteDistribution(weights)
             self._pointers = mi.EmitterPtr(emitters)
@@ -29,14 +32,14 @@ class StockEmitters:
 
     def none(self) -> list[Segment]:
         """As many shadow rays as `aim` returns, none of them active."""
-        return [Segment.none()] if self else []
+        return [Segment.none()] if self._aims else []
 
     def aim(
         self, scene: mi.Scene, vertex: Vertex, throughput: mi.Color3f, sampler: mi.Sampler,
         active: mi.Bool,
     ) -> list[Segment]:  # fmt: skip
         """Sends a shadow ray toward one of the emitters, clear of the room's surfaces."""
-        if not self:
+        if not self._aims:
             return []
         si = vertex.si
         index, chance = self._choice.sample_pmf(sampler.next_1d(), active)
@@ -67,7 +70,9 @@ class StockEmitters:
         active = active & (emitter != None)  # noqa: E711 - lane by lane
         compete = active & ~departure.delta
         ds = mi.DirectionSample3f(scene, si, departure.vertex)
-        pdf = emitter.pdf_direction(departure.vertex, ds, compete)
-        pdf = pdf * emitter.sampling_weight() / self._total
+        pdf = mi.Float(0)
+        if self._aims:
+            pdf = emitter.pdf_direction(departure.vertex, ds, compete)
+            pdf = pdf * emitter.sampling_weight() / self._total
         share = dr.select(compete, power(departure.pdf_solid_angle, pdf), 1)
         return dr.select(active, path.throughput * emitter.eval(si, active) * share, 0)

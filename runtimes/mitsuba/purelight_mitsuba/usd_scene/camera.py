@@ -38,9 +38,11 @@ def sensor(
     prim = _choose(stage, settings, view, path)
     wide, high = (values.number(prim, f"{side}Aperture", default)
                   for side, default in (("horizontal", 20.955), ("vertical", 15.2908)))  # fmt: skip
+    focal = values.number(prim, "focalLength", 50.0)
+    if not all(0 < length < math.inf for length in (focal, wide, high)):
+        raise PureLightError(f"{prim.GetPath()}: focal length and apertures must be above 0")
     if str(values.get(prim, "projection", "perspective")) != "perspective":
         note(prim, "orthographic projection is not supported; rendered in perspective")
-    focal = values.number(prim, "focalLength", 50.0)
     near, far = values.get(prim, "clippingRange", (1.0, 1e6))
     result = {
         "type": "perspective",

@@ -32,7 +32,10 @@ def light(prim: Any, values: Values, note: Note) -> Iterator[Any]:
     }.get(str(prim.GetTypeName()), _dome)
     if make in (_distant, _dome) and not shaping(prim, values, note).even:
         note(prim, "only lights that have a shape can be shaped; its shaping was ignored")
-    if max(_color(prim, values)) > 0:
+    color = _color(prim, values)
+    if not np.isfinite(np.asarray(color, np.float32)).all():
+        note(prim, "the light is not of finite strength and was left out")
+    elif max(color) > 0:
         yield make(prim, values, note)
 
 
@@ -46,8 +49,10 @@ def _color(prim: Any, values: Values) -> list[float]:
         color = color * np.array(UsdLux.BlackbodyTemperatureAsRgb(kelvin))
     default = 50_000.0 if str(prim.GetTypeName()) == "DistantLight" else 1.0
     level = values.number(prim, "inputs:intensity", default)
-    level *= 2 ** values.number(prim, "inputs:exposure", 0.0)
-    return (np.maximum(color, 0) * level * values.number(prim, "inputs:diffuse", 1.0)).tolist()
+    with np.errstate(all="ignore"):  # Strengths that no number holds are told by `light`
+        level *= float(np.exp2(values.number(prim, "inputs:exposure", 0.0)))
+        color = np.maximum(color, 0) * level * values.number(prim, "inputs:diffuse", 1.0)
+    return [float(value) for value in color]
 
 
 def _area_light(

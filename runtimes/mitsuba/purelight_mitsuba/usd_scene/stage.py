@@ -25,6 +25,7 @@ NOT_RENDERED = {
     "BasisCurves", "NurbsCurves", "NurbsPatch", "HermiteCurves", "TetMesh", "Points", "Volume",
     "PortalLight", "GeometryLight", "PluginLight", "Capsule_1", "Cylinder_1",
 }  # fmt: skip
+NO_LIGHTS = {"MeshLightAPI", "VolumeLightAPI"}  # Applied to what is no light by its type
 
 
 @dataclass
@@ -71,6 +72,8 @@ class _Reader:
                 self.note(shown.prim, f"{kind} is not supported and was left out")
         for part in parts:
             self._put(kind, part)
+        for schema in sorted(NO_LIGHTS & set(shown.prim.GetAppliedSchemas())):
+            self.note(shown.prim, f"{schema} is not supported; rendered without its light")
 
     def _put(self, kind: str, part: Any) -> None:
         self.parts[f"{kind}_{len(self.parts)}"] = part
