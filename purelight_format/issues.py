@@ -248,6 +248,8 @@ _TABLE = (
     Code("PLX_GOLDEN_BROKEN", "the network fails on its golden vectors: {what}",
          "conformance.md#g4"),
     Code("PLX_GOLDEN_RANGE", "{count} values are not {expected}", "conformance.md#g5"),
+    Code("PLX_GOLDEN_CHANNEL", "{count} values are not 0 in a channel that carries no flux",
+         "conformance.md#g6", W),
     # The validator itself
     Code("PLX_VALIDATOR_FAULT",
          "the validator failed, so the bundle counts as invalid; please report it: {what}",

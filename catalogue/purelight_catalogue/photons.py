@@ -21,7 +21,6 @@ import numpy as np
 from purelight_catalogue.streams import Streams, joined
 from purelight_format import atomic, command
 from purelight_format.color import lumens
-from purelight_format.errors import PureLightError
 
 COMMAND = "photons"
 SIZE = 128  # pixels along each side
@@ -83,12 +82,14 @@ def traced(scene: Path, paths: int, seed: int) -> Streams:
 
 
 def _join(options: argparse.Namespace) -> int:
+    from purelight_export.export import power
     from purelight_export.photometry import Intensity, ies_file
     from purelight_format.srgb import png
+    from purelight_train.runs.run_directory import RunDirectory
 
     whole = joined(options.parts)
     if options.lumens:
-        whole = whole.scaled(_power(options.run, options.lumens))
+        whole = whole.scaled(power(RunDirectory.open(options.run), options.lumens))
     values = whole.mean("far_field")
     vertical, horizontal = (np.linspace(0, end, n) for end, n in
                             ((180, values.shape[1]), (360, values.shape[0])))  # fmt: skip
@@ -104,20 +105,6 @@ def _join(options: argparse.Namespace) -> int:
     for name, data in files.items():
         atomic.write_bytes(options.output / name, data)
     return 0
-
-
-def _power(run: Path, wanted: float) -> float:
-    """The factor that an export takes to give a run's lamp so many lumens.
-
-    Raises:
-        PureLightError: the lamp is dark.
-    """
-    from purelight_train.runs.run_directory import RunDirectory
-
-    trained = lumens(RunDirectory.open(run).description.flux)
-    if not trained > 0:
-        raise PureLightError(f"{run}: the lamp gives no light, so it cannot have --lumens")
-    return wanted / trained
 
 
 def _figures(whole: Streams) -> dict[str, Any]:

@@ -94,7 +94,7 @@ def export(
     check_beside(output, photometry, kept=_kept(Path(run_path)).is_file())
     run = RunDirectory.open(run_path)
     if lumens is not None:
-        run = replace(run, power=_power(run, lumens))
+        run = replace(run, power=power(run, lumens))
     lamp = Facts(run, name or Path(run.config["luminaire"]).stem, lumens, issued)
     parts = make_parts(run, lamp.extent, networks, compact=compact)
     members, infos, errors = _networks(parts, compact=compact)
@@ -114,8 +114,12 @@ def _tier(parts: Sequence[Part]) -> str | None:
     return PORTABLE.name if portable else None
 
 
-def _power(run: RunDirectory, wanted: float) -> float:
-    """The factor that gives a lamp so many lumens."""
+def power(run: RunDirectory, wanted: float) -> float:
+    """The factor that gives a run's lamp so many lumens.
+
+    Raises:
+        PureLightError: If the lamp is dark.
+    """
     traced = color.lumens(run.description.flux)
     if not traced > 0:
         raise PureLightError(f"{run.path}: the lamp gives no light, so it cannot have --lumens")

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from purelight_format.errors import PureLightError
-from purelight_format.issues import fail
+from purelight_format.issues import Issue, fail, issue
 from purelight_format.limits import LIMITS, Limits
 from purelight_format.members import npy
 from purelight_format.networks.kinds import KINDS
@@ -163,18 +163,18 @@ def _result(results: Mapping[str, np.ndarray], name: str, shape: tuple[int, ...]
     return result
 
 
-def beyond(
-    vectors: Vectors, name: str, channels: tuple[bool, bool, bool]
-) -> Iterator[tuple[int, str]]:
-    """What an output cannot be but for its tolerance: how many values, and what is expected.
+def beyond(vectors: Vectors, name: str, channels: tuple[bool, bool, bool]) -> Iterator[Issue]:
+    """Issues of an output that is, by more than its tolerance, what no network can give.
 
     Arguments:
         name: of the output.
         channels: which of R, G and B carry flux.
     """
+    where = f"vectors/{vectors.network}.{name}"
     answer, output = KINDS[vectors.network].outputs[name], vectors.outputs[name]
     slack, (least, most) = vectors.tolerances[name], answer.range
     if count := int(((output < least - slack) | (output > most + slack)).sum()):
-        yield count, f"at least {least:g}" + ("" if most == math.inf else f", at most {most:g}")
+        expected = f"at least {least:g}" + ("" if most == math.inf else f", at most {most:g}")
+        yield issue("PLX_GOLDEN_RANGE", where, count=count, expected=expected)
     if answer.shines and (count := int((abs(output) > slack)[..., ~np.array(channels)].sum())):
-        yield count, "0, as light is in a channel that carries no flux"
+        yield issue("PLX_GOLDEN_CHANNEL", where, count=count)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import json
 import struct
 from collections.abc import Callable
 from contextlib import suppress
@@ -290,17 +289,16 @@ asset("PLX_MANIFEST_VERDICT")(lambda: edited("fidelity/verdict", {"photons": "ma
 
 
 @asset("PLX_MANIFEST_DARK")
+@asset("PLX_GOLDEN_CHANNEL")
 def a_lamp_that_is_switched_off() -> bytes:
-    content = {name: data for name, data in lamp.good().items() if "fast_map" not in name}
-    networks = json.loads(content["manifest.json"])["networks"]
-    del networks["fast_map"]
+    content = lamp.good()
     flux = np.zeros((8, 3), np.float32)
     content["surface/triangle_flux.npy"] = npy.dumps(flux)
-    radiance = npy.loads(content[f"{RADIANCE}.npy"], RADIANCE, "<f8")
-    content[f"{RADIANCE}.npy"] = npy.dumps(np.zeros_like(radiance))
-    dark = lamp.surface_network("appearance", [helper.make_node("Sub", ["y", "y"], ["radiance"])])
-    changes = {"flux": [0, 0, 0], "channels": [False] * 3, "networks": networks}
-    return with_network(dark.SerializeToString(), content, **changes)
+
+    def edit(root: dict[str, Any]) -> None:
+        root.update(flux=[0, 0, 0], channels=[False] * 3)
+
+    return lamp.seal(content, edit)
 
 
 def without(name: str) -> bytes:
@@ -329,11 +327,10 @@ def member_of(data: bytes, name: str) -> bytes:
     return bytes(container.member(data, container.scan(data)[name]))
 
 
-def with_network(data: bytes, content: dict[str, bytes] | None = None, **changes: Any) -> bytes:
-    """The good lamp, or other members, with another appearance network and fields changed."""
+def with_network(data: bytes, content: dict[str, bytes] | None = None) -> bytes:
+    """The good lamp, or other members, with another appearance network."""
 
     def edit(root: dict[str, Any]) -> None:
-        root.update(changes)
         stated = root["networks"]["appearance"]
         stated["bytes"] = len(data)
         with suppress(FormatError):  # So that the only fault of a sound network is another one.

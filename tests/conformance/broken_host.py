@@ -22,6 +22,7 @@ def answer(way: str, request: dict[str, Any]) -> str:
         sys.exit("segmentation fault, more or less")
     if way == "hang":
         time.sleep(60)
+    refusal = json.dumps({**reply, "refused": "not today"})
     lines = {
         "garbage": "Loading model... done",
         "list": "[1, 2]",
@@ -33,9 +34,9 @@ def answer(way: str, request: dict[str, Any]) -> str:
         "wrong_type": json.dumps({**reply, "outputs": {"tangent": {**ARRAY, "dtype": "O"}}}),
         "wrong_shape": json.dumps({**reply, "outputs": {"tangent": ARRAY, "bitangent": ARRAY}}),
         "too_little": json.dumps({**reply, "outputs": {}}),
-        "refuses": json.dumps({**reply, "refused": "not today"}),
+        **dict.fromkeys(("refuses", "ends_badly", "never_ends"), refusal),
     }
-    return lines.get(way.partition("_")[0] if way.startswith("refuses") else way, "")
+    return lines.get(way, "")
 
 
 if __name__ == "__main__":
@@ -44,7 +45,7 @@ if __name__ == "__main__":
         sys.exit(3)
     for line in sys.stdin:
         print(answer(way, json.loads(line)), flush=True)
-    if way == "refuses_badly":
+    if way == "ends_badly":
         sys.exit(3)
-    if way == "refuses_forever":
+    if way == "never_ends":
         time.sleep(60)

@@ -165,7 +165,7 @@ def scaled_radiance() -> None:
 
 def uniform_transform_only_in_name() -> None:
     """Any matrix is taken for a rotation and a scale."""
-    measures.UNEVEN = np.inf
+    measures.UNEVEN = measures.STRAIGHT = np.inf
 
 
 def takes_everything() -> None:

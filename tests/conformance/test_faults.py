@@ -26,7 +26,7 @@ HUNTED = {
     "schlick": ("FINISH", 0.4, {"finishes/matt", "appearance/wild"}),
     "transposed_rotation": ("ROTATION", 0.8, {"appearance/wild", "composite/view-wild"}),
     "scaled_radiance": ("SCALE", 0.4, {"instance/radiance-turned", "composite/view-wild"}),
-    "uniform_transform_only_in_name": ("REFUSE", 0.4, {"instance/radiance-scaled"}),
+    "uniform_transform_only_in_name": ("REFUSE", 0.5, {"instance/radiance-scaled"}),
     "takes_everything": ("UNVETTED", 1.0, {"reader/wild", "reader/onnx_metadata"}),
     "refuses_everything": ("OVERSTRICT", 1.0, {"frames/axes", "reader/zip_gap"}),
     "swapped_square": ("DISTRIBUTION", 1.0, {"statistics/integral", "sampler_pdf/wild"}),

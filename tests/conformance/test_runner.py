@@ -34,8 +34,8 @@ def broken(way: str) -> list[str]:
 @pytest.mark.parametrize(
     ("way", "words"),
     [
-        ("refuses_badly", "ended with exit code 3 at the end of its input, not 0"),
-        ("refuses_forever", "did not end within 5 s"),
+        ("ends_badly", "ended with exit code 3 at the end of its input, not 0"),
+        ("never_ends", "did not end within 5 s"),
     ],
 )
 def test_a_host_ends_well(way: str, words: str, frames: Suite) -> None:

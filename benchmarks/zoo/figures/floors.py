@@ -11,7 +11,7 @@ from tests.support.fidelity import Figures
 
 FLOOR, FLOOR_SIDE, CELLS = 4.0, 8.0, 16  # below the lamp's centre, and edge, in radii
 SHADOW, SHADOW_SIDE, SHADOW_CELLS = 1.6, 2.0, 32
-PASSES, PATH_TRACED = 8, 128  # of Mitsuba's; a path tracer seldom finds what its noise is made of
+PASSES, PATH_PASSES = 8, 128  # of Mitsuba's; a path tracer seldom finds what its noise is made of
 
 
 def floor(case: Case) -> Figures:
@@ -48,7 +48,7 @@ def reference(case: Case) -> Figures:
     spp = max(case.settings.reference_paths // (CELLS**2 * PASSES), 1)
     means = [
         fidelity.floor_irradiance(case.large.lit, case.large.integrator, plane, spp, seed).mean()
-        for seed in range(PASSES if case.large.light_traceable else PATH_TRACED)
+        for seed in range(PASSES if case.large.light_traceable else PATH_PASSES)
     ]
     mean = float(np.mean(means))
     error = float(np.std(means, ddof=1) / np.sqrt(len(means)))

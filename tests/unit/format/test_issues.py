@@ -20,6 +20,8 @@ COMPANIONS = {
     "PLX_MANIFEST_NETWORK_MISSING": {"PLX_MEMBER_UNKNOWN"},
     "PLX_MANIFEST_SCHEMA": {"PLX_MANIFEST_UNKNOWN_FIELD"},
     "PLX_MEMBER_TOO_LARGE": set(),
+    "PLX_MANIFEST_DARK": {"PLX_GOLDEN_CHANNEL"},  # Its networks are those of a lit lamp
+    "PLX_GOLDEN_CHANNEL": {"PLX_MANIFEST_DARK"},
 }
 GOLDEN = json.loads(golden_reports.PATH.read_text())
 

@@ -13,7 +13,7 @@ from purelight_import.model.material import BLACK, RGB, WHITE, Color, Material, 
 from purelight_import.model.notes import Notes
 from purelight_import.model.picture import Picture
 from purelight_import.read.usd_textures import Textures
-from purelight_mitsuba.usd_scene.shader_inputs import upstream, value
+from purelight_mitsuba.usd_scene.shader_inputs import uv_name, value
 from purelight_mitsuba.usd_scene.values import Values
 
 CHANNELS = {"r": 0, "g": 1, "b": 2, "a": 3}
@@ -64,13 +64,9 @@ class Materials:
 
     def uv_name(self, prim: Any) -> str:
         """The primvar that holds the texture coordinates of a prim's material, `st` by default."""
-        for bound in (prim, *(subset for subset, _ in self.subsets(prim))):
-            shader = _bound(bound)[1]
-            reader = upstream(shader, "UsdPrimvarReader_float2") if shader else None
-            name = value(reader, "varname", "", self.values) if reader else ""
-            if name:
-                return str(name)
-        return "st"
+        parts = (prim, *(subset for subset, _ in self.subsets(prim)))
+        found = (_bound(bound)[1] for bound in parts)
+        return uv_name((shader for shader in found if shader), self.values)
 
     def surface(self, bound: Any, shape: Any) -> Surface:
         """What is bound to a prim, or a matt surface of its display colour."""

@@ -15,7 +15,7 @@ from purelight_import.model.notes import Notes
 from purelight_import.model.picture import Picture
 from purelight_import.read import images
 from purelight_import.read.beside import beside
-from purelight_mitsuba.usd_scene.shader_inputs import connected, value
+from purelight_mitsuba.usd_scene.shader_inputs import connected, uv_transform, value, wrap_mode
 from purelight_mitsuba.usd_scene.values import Values
 
 
@@ -47,8 +47,7 @@ class Textures:
         picture = self.decoded[name, encoded]
         if picture is None:
             return None
-        wrap = str(value(reader, "wrapS", "useMetadata", self.values))
-        picture = replace(picture, wrap={"clamp": "clamp", "mirror": "mirror"}.get(wrap, "repeat"))
+        picture = replace(picture, wrap=wrap_mode(reader, self.values))
         return self._scaled(picture, reader).under(self._transform(reader, material))
 
     def _scaled(self, picture: Picture, reader: Any) -> Picture:
@@ -62,20 +61,13 @@ class Textures:
         return replace(picture, pixels=pixels, srgb=False)
 
     def _transform(self, reader: Any, material: str) -> NDArray[np.float64]:
-        """The `UsdTransform2d` before a texture [3, 3]: scale, then rotation, then translation."""
-        result = np.eye(3)
+        """What `uv_transform` says, if that is numbers: [3, 3]."""
         source = connected(reader, "st")
-        if source is None or source[0].GetIdAttr().Get() != "UsdTransform2d":
-            return result
-        before = connected(source[0], "in")
+        before = connected(source[0], "in") if source is not None else None
         if before is not None and before[0].GetIdAttr().Get() == "UsdTransform2d":
             self.notes("of several transforms of a texture the last is taken", material)
-        defaults = (("scale", (1, 1)), ("rotation", 0.0), ("translation", (0, 0)))
-        scale, turn, shift = (value(source[0], n, d, self.values) for n, d in defaults)
-        sine, cosine = np.sin(np.radians(turn)), np.cos(np.radians(turn))
-        result[:2, :2] = np.array([[cosine, -sine], [sine, cosine]]) * np.array(scale)
-        result[:2, 2] = shift
-        return result if np.isfinite(result).all() else np.eye(3)
+        matrix = uv_transform(reader, self.values)
+        return matrix if np.isfinite(matrix).all() else np.eye(3)
 
     def _load(self, asset: Any, name: str, material: str, *, srgb: bool) -> Picture | None:
         """A texture beside the stage, or within a package."""

@@ -511,6 +511,11 @@ export const CODES = {
     "{count} values are not {expected}",
     "conformance.md#g5"
   ],
+  "PLX_GOLDEN_CHANNEL": [
+    "warning",
+    "{count} values are not 0 in a channel that carries no flux",
+    "conformance.md#g6"
+  ],
   "PLX_VALIDATOR_FAULT": [
     "error",
     "the validator failed, so the bundle counts as invalid; please report it: {what}",

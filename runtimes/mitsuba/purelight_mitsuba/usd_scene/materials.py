@@ -10,7 +10,7 @@ import mitsuba as mi
 import numpy as np
 
 from purelight_format.usd.context import PURPOSES
-from purelight_mitsuba.usd_scene.shader_inputs import connected, upstream, value
+from purelight_mitsuba.usd_scene.shader_inputs import connected, uv_name, value
 from purelight_mitsuba.usd_scene.textures import Textures
 from purelight_mitsuba.usd_scene.values import Values
 
@@ -67,13 +67,9 @@ class Materials:
 
     def uv_name(self, prim: Any) -> str:
         """The primvar that holds the texture coordinates of a prim's material, `st` by default."""
-        for bound in (prim, *(subset for subset, _ in self.subsets(prim))):
-            surface = self._surface(bound)[1]
-            reader = upstream(surface, "UsdPrimvarReader_float2") if surface else None
-            name = value(reader, "varname", "", self.values) if reader else ""
-            if name:
-                return str(name)
-        return "st"
+        parts = (prim, *(subset for subset, _ in self.subsets(prim)))
+        found = (self._surface(bound)[1] for bound in parts)
+        return uv_name((surface for surface in found if surface), self.values)
 
     def look(self, bound: Any, shape: Any) -> Look:
         """How the material that is bound to a prim looks.

@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterable
 from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from purelight_mitsuba.usd_scene.values import Values
 
@@ -38,3 +43,32 @@ def upstream(shader: Any, kind: str) -> Any:
         sources = (connected(found, source.GetBaseName()) for source in found.GetInputs())
         pending += [s[0] for s in sources if s and str(s[0].GetPath()) not in seen]
     return None
+
+
+def uv_name(shaders: Iterable[Any], values: Values) -> str:
+    """The primvar that the first of these shaders to name one reads coordinates from, or `st`."""
+    for shader in shaders:
+        reader = upstream(shader, "UsdPrimvarReader_float2")
+        name = value(reader, "varname", "", values) if reader else ""
+        if name:
+            return str(name)
+    return "st"
+
+
+def uv_transform(texture: Any, values: Values) -> NDArray[np.float64]:
+    """The `UsdTransform2d` before a texture [3, 3]: scale, then rotation, then translation."""
+    matrix, source = np.eye(3), connected(texture, "st")
+    if source is None or source[0].GetIdAttr().Get() != "UsdTransform2d":
+        return matrix
+    defaults = (("scale", (1, 1)), ("rotation", 0.0), ("translation", (0, 0)))
+    scale, turn, shift = (value(source[0], n, d, values) for n, d in defaults)
+    sine, cosine = math.sin(math.radians(turn)), math.cos(math.radians(turn))
+    matrix[:2, :2] = np.array([[cosine, -sine], [sine, cosine]]) * np.array(scale)
+    matrix[:2, 2] = shift
+    return matrix
+
+
+def wrap_mode(texture: Any, values: Values) -> str:
+    """How a `UsdUVTexture` goes on, as Mitsuba calls it."""
+    wrap = str(value(texture, "wrapS", "useMetadata", values))
+    return {"clamp": "clamp", "mirror": "mirror"}.get(wrap, "repeat")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -10,7 +9,7 @@ from typing import Any
 import mitsuba as mi
 import numpy as np
 
-from purelight_mitsuba.usd_scene.shader_inputs import connected, value
+from purelight_mitsuba.usd_scene.shader_inputs import uv_transform, value, wrap_mode
 from purelight_mitsuba.usd_scene.values import Values
 
 CHANNELS = {"r": 0, "g": 1, "b": 2, "a": 3}
@@ -95,25 +94,11 @@ class Textures:
     def _bitmap(self, reader: Any, pixels: np.ndarray) -> dict[str, Any]:
         """(0, 0) is the lower left corner of a picture in USD, the upper left one in Mitsuba."""
         data = np.ascontiguousarray(pixels[::-1], np.float32)
+        matrix, flat = np.eye(4), uv_transform(reader, self.values)
+        matrix[:2, :2], matrix[:2, 3] = flat[:2, :2], flat[:2, 2]
         return {"type": "bitmap", "bitmap": mi.Bitmap(data), "raw": True,
-                "wrap_mode": self._wrap(reader), "to_uv": self._to_uv(reader)}  # fmt: skip
-
-    def _to_uv(self, reader: Any) -> Any:
-        """The `UsdTransform2d` before the texture: scale, then rotation, then translation."""
-        source = connected(reader, "st")
-        if source is None or source[0].GetIdAttr().Get() != "UsdTransform2d":
-            return mi.ScalarTransform4f()
-        defaults = (("scale", (1, 1)), ("rotation", 0.0), ("translation", (0, 0)))
-        scale, turn, shift = (value(source[0], n, d, self.values) for n, d in defaults)
-        sine, cosine = math.sin(math.radians(turn)), math.cos(math.radians(turn))
-        matrix = np.eye(4)
-        matrix[:2, :2] = np.array([[cosine, -sine], [sine, cosine]]) * np.array(scale)
-        matrix[:2, 3] = shift
-        return mi.ScalarTransform4f(matrix)
-
-    def _wrap(self, reader: Any) -> str:
-        wrap = str(value(reader, "wrapS", "useMetadata", self.values))
-        return {"clamp": "clamp", "mirror": "mirror"}.get(wrap, "repeat")
+                "wrap_mode": wrap_mode(reader, self.values),
+                "to_uv": mi.ScalarTransform4f(matrix)}  # fmt: skip
 
 
 def _three(pixels: np.ndarray) -> np.ndarray:
