@@ -268,6 +268,7 @@ def main() -> int:
     parser.add_argument("--lamp", type=Path, required=True, help="the lamp's own scene, .xml")
     parser.add_argument("--mountings", nargs="+", default=MOUNTINGS, choices=MOUNTINGS)
     parser.add_argument("--output", type=Path, default=Path("out/bench"))
+    parser.add_argument("--variant", choices=("llvm_ad_rgb", "cuda_ad_rgb"), default="llvm_ad_rgb")
     parser.add_argument("--paths", type=int, default=16 << 20, help="of the reference")
     parser.add_argument("--spp", type=int, default=256, help="of the neural lamp")
     parser.add_argument("--reflectance", type=float, default=1, help="factor on all surfaces'")
@@ -275,7 +276,7 @@ def main() -> int:
     arguments = parser.parse_args()
     from purelight_mitsuba import use
 
-    use()
+    use(arguments.variant)
     try:
         sphere = Bundle.open(arguments.bundle).manifest.bounding_sphere
         folder = arguments.output / "closed_room"

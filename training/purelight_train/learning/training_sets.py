@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
+import torch
 from numpy.typing import NDArray
+from torch import Tensor
 
 from purelight_format.color import LUMINANCE
 from purelight_train.learning.cap_samples import CapSamples
@@ -104,15 +106,18 @@ class SamplerBatches:
     sum :math:`\bar\Phi` is that of `Description.even_map`.
     """
 
-    def __init__(self, samples: CapSamples, description: Description) -> None:
-        self.samples = samples
+    def __init__(self, samples: CapSamples, description: Description, device: torch.device) -> None:
         share = samples.luminance().astype(np.float64)
         total, usual = share.sum(1, keepdims=True), float(LUMINANCE @ description.even_map)
-        self.cumulative = np.cumsum(share / (total + usual + 1e-300))
+        cumulative = np.cumsum(share / (total + usual + 1e-300))
+        self.point, self.square, self.cumulative = (
+            torch.from_numpy(a).to(device) for a in (samples.point, samples.square, cumulative)
+        )
 
-    def draw(self, rng: np.random.Generator, size: int) -> tuple[Float, Float]:
+    def draw(self, rng: np.random.Generator, size: int) -> tuple[Tensor, Tensor]:
         """Cap coordinates [size, 2] and shading points [size, 3]."""
-        u = rng.random(size) * self.cumulative[-1]
-        index = np.minimum(np.searchsorted(self.cumulative, u), len(self.cumulative) - 1)
-        point, sample = np.divmod(index, self.samples.square.shape[1])
-        return self.samples.square[point, sample], self.samples.point[point]
+        u = torch.from_numpy(rng.random(size)).to(self.cumulative.device) * self.cumulative[-1]
+        index = torch.searchsorted(self.cumulative, u).clamp(max=len(self.cumulative) - 1)
+        samples = self.square.shape[1]
+        point, sample = index // samples, index % samples
+        return self.square[point, sample], self.point[point]

@@ -6,7 +6,7 @@ All of them are plain sums and products, so the exporter writes them as ONNX ope
 from __future__ import annotations
 
 import math
-from functools import cache, cached_property
+from functools import cache
 from itertools import accumulate, pairwise
 from operator import mul
 from typing import Any
@@ -152,6 +152,7 @@ class GridEncoding(nn.Module):
         ]
         self.offsets = [sum(sizes[:level]) for level in range(levels)]
         self.table = nn.Parameter(torch.empty(sum(sizes), features).uniform_(-1e-2, 1e-2))
+        self._planned: tuple[Tensor, ...] = ()
 
     @property
     def size(self) -> int:
@@ -166,25 +167,27 @@ class GridEncoding(nn.Module):
         centred = [(p + half) % self.table_size - half for p in HASH_PRIMES]
         return centred[0], centred[1], centred[2]
 
-    @cached_property
-    def _plan(self) -> tuple[Tensor, ...]:
-        """Per level: resolution, axis strides [L, 3], corner offsets [L, 8], mask and first row."""
+    def _plan(self, device: torch.device) -> tuple[Tensor, ...]:
+        """Per level: resolution, axis strides [L, 3], corner offsets [L, 8], mask and first row.
+
+        They are kept where they were last asked for: a copy to a GPU makes it wait.
+        """
+        if self._planned and self._planned[0].device == device:
+            return self._planned
         strides = torch.tensor([self.strides(level) for level in range(self.levels)])
         corner = torch.tensor([(k & 1, k >> 1 & 1, k >> 2) for k in range(8)])
         mask = [-1 if dense else self.table_size - 1 for dense in self.dense]
-        return (
-            torch.tensor(self.resolutions, dtype=torch.float32),
-            *(t.int() for t in (
-                strides, strides @ corner.T, torch.tensor(mask), torch.tensor(self.offsets),
-            )),
-        )  # fmt: skip
+        whole = (strides, strides @ corner.T, torch.tensor(mask), torch.tensor(self.offsets))
+        plan = (torch.tensor(self.resolutions, dtype=torch.float32), *(t.int() for t in whole))
+        self._planned = tuple(t.to(device) for t in plan)
+        return self._planned
 
     def corners(self, x: Tensor) -> tuple[Tensor, Tensor]:
         """Table rows and trilinear weights of each level's corners: [N, 3] -> two of [N L, 8].
 
         The rows lie along the last axis meanwhile: five times as fast as along the first.
         """
-        resolution, strides, corner, mask, offset = (t.to(x.device) for t in self._plan)
+        resolution, strides, corner, mask, offset = self._plan(x.device)
         resolution = resolution.to(x.dtype)[:, None, None]
         scaled = x.clamp(0, 1).t().contiguous() * resolution
         low = torch.minimum(scaled.floor(), resolution - 1)

@@ -102,8 +102,13 @@ class Stages:
         start = time.monotonic()
         with self.bar(name, settings.steps, "step") as update:
             trace = optimise(module, objective, settings, seed, checkpoint, update, stop)
+        stepped = time.monotonic() - start
         finish()
-        record = {"seconds": round(time.monotonic() - start, 2), **trace.to_dict()}
+        record = {
+            "seconds": round(time.monotonic() - start, 2),
+            "step_seconds": round(stepped, 2),
+            **trace.to_dict(),
+        }
         self.run.save(name, module, record)
 
     def try_out(self, name: str, module: nn.Module, loss: Loss, settings: Optimisation) -> None:

@@ -83,9 +83,9 @@ def _sampler_loss(
     gather: Callable[[Trainer], CapSamples],
 ) -> Callable[[Trainer, Sampler, int], Loss]:
     def loss(trainer: Trainer, sampler: Sampler, size: int) -> Loss:
-        batches = SamplerBatches(trainer.data(gather), trainer.lamp.description)
-        tensors = trainer.stages.tensors
-        return lambda rng: -sampler.log_density(*tensors(*batches.draw(rng, size))).mean()
+        lamp, device = trainer.lamp, trainer.stages.device
+        batches = SamplerBatches(trainer.data(gather), lamp.description, device)
+        return lambda rng: -sampler.log_density(*batches.draw(rng, size)).mean()
 
     return loss
 

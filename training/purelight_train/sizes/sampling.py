@@ -65,7 +65,8 @@ class SamplerSizes:
 
     def _batches(self, samples: CapSamples) -> SamplerBatches:
         """What a sampler learns from."""
-        return SamplerBatches(samples, self.training.lamp.description)
+        training = self.training
+        return SamplerBatches(samples, training.lamp.description, training.stages.device)
 
     def _maps(self, samples: CapSamples) -> tuple[Tensor, ...]:
         """What a fast map learns from: points and estimates of their cells."""
@@ -97,11 +98,11 @@ class SamplerSizes:
         return preset, own
 
     def _trained_sampler(self, sized: Preset) -> Sampler:
-        batches, tensors = self._batches(self.samples), self.training.stages.tensors
+        batches = self._batches(self.samples)
         network = self._build("sampler", Sampler, sized)
 
         def loss(rng: np.random.Generator) -> Tensor:
-            z, point = tensors(*batches.draw(rng, SAMPLER.batch))
+            z, point = batches.draw(rng, SAMPLER.batch)
             return -network.log_density(z, point).mean()
 
         name = f"sampler {sized.sampler_flow.network.width}"
@@ -113,7 +114,7 @@ class SamplerSizes:
         """Minus the log-likelihood of held-out light under the defensive mixture."""
         draws = self._batches(self.held_out).draw(np.random.default_rng(0), DRAWS)
         b = sampler.uniform_fraction
-        log = sampler.log_density(*self.training.stages.tensors(*draws))
+        log = sampler.log_density(*draws)
         return -float(torch.log((1 - b) * torch.exp(log) + b).mean())
 
     # Fast map
