@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 
 from benchmarks.cuda import isolated
-from benchmarks.cuda.half_precision import half_bound
 from purelight_format.bundle import Bundle
 from purelight_format.networks.kinds import KINDS
 from purelight_format.networks.vectors import Vectors, compare
+from purelight_mitsuba.translate.half_precision import half_bound
 from tests.support import agreement
 
 REFERENCE = "llvm_ad_rgb"

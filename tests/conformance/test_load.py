@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -15,9 +17,14 @@ from purelight_format.members import container, npy
 from purelight_format.members import network as member_of
 from purelight_format.networks import golden
 from purelight_format.networks.vectors import SIGNATURES
+from purelight_mitsuba.lamps import luminaire
 from purelight_mitsuba.lamps.luminaire import load
+from purelight_mitsuba.translate.golden import ReducedPrecisionWarning
+from purelight_mitsuba.translate.network import FusedNetwork
 from purelight_onnx.luminaire import Luminaire
 from tests.support import lamp
+
+FINE = nullcontext()
 
 
 def write(path: Path, network: str, error: float) -> Path:
@@ -46,6 +53,18 @@ def test_mitsuba_refuses_a_network_that_misses(network: str, tmp_path: Path) -> 
         wrong.network(network)
     wrong.check_vectors = False
     wrong.network(network)
+
+
+@pytest.mark.parametrize("network", lamp.NETWORKS)
+@pytest.mark.parametrize(("error", "missed"), [(1e-3, False), (-0.3, True)])
+def test_half_precision_has_a_bound_too(
+    network: str, error: float, missed: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(luminaire, "FusedNetwork", partial(FusedNetwork, half=True))
+    opened = load(write(tmp_path / "lamp.plux", network, error))
+    refused = pytest.raises(PureLightError, match="golden vectors are not met")
+    with pytest.warns(ReducedPrecisionWarning, match="its bound"), refused if missed else FINE:
+        opened.network(network)
 
 
 @pytest.mark.parametrize("given", [{}, {"check_vectors": True}, {"check_vectors": False}])

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from benchmarks.cuda import __main__ as command
-from benchmarks.cuda import checks, half_precision, isolated, lamp, on_device
+from benchmarks.cuda import checks, isolated, lamp, on_device
 from benchmarks.cuda.checks import FAIL, FIGURE, PASS, REFERENCE, SKIPPED, Subject, run
 from purelight_conformance.lamps import LAMPS
 from purelight_conformance.networks import BODIES
@@ -24,6 +24,7 @@ from purelight_format.errors import PureLightError
 from purelight_format.members import network as member
 from purelight_format.networks.kinds import KINDS
 from purelight_mitsuba.lamps.table import Hit, Lamps
+from purelight_mitsuba.translate.half_precision import half_bound
 from purelight_mitsuba.translate.network import Dense
 
 FAULTY = "llvm_faulty_rgb"
@@ -143,7 +144,7 @@ def test_half_layers_differ_from_single_ones(small: Path) -> None:
 def test_the_bound_of_half_precision_is_no_free_pass(small: Path) -> None:
     opened = Bundle.open(small)
     model, vectors = opened.read(member("appearance")), opened.vectors("appearance")
-    bound, judged = half_precision.half_bound(model, vectors, opened.manifest.radiance_scale)
+    bound, judged = half_bound(model, vectors, opened.manifest.radiance_scale)
     size = np.abs(vectors.outputs["radiance"]) + opened.manifest.radiance_scale
     assert judged.mean() > 0.9
     assert (bound["radiance"] > vectors.tolerances["radiance"]).all()

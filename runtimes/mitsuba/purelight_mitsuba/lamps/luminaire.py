@@ -77,14 +77,17 @@ class Luminaire:
         if key not in self._networks:
             if not self.has(name):
                 raise PureLightError(f"{self.path}: no {name} network; export the lamp with it")
-            model = self._bundle.read(self._bundle.manifest.networks[name].member)
-            title = f"{self.path}: {name}"
+            model, title = self._model(name), f"{self.path}: {name}"
             require_compilable(model, name, title)
             self._networks[key] = FusedNetwork(model, name=title)
         if self.check_vectors and key not in self._checked:
-            require_golden(self._networks[key], self._bundle.vectors(name))
+            vectors, scale = self._bundle.vectors(name), self.manifest.radiance_scale
+            require_golden(self._networks[key], vectors, self._model(name), scale)
             self._checked.add(key)
         return self._networks[key]
+
+    def _model(self, name: str) -> bytes:
+        return self._bundle.read(self.manifest.networks[name].member)
 
     def cost(self, name: str) -> int:
         """Multiply-adds of a network per sample, as the bundle states; none if it has none."""

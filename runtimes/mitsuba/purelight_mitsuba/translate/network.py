@@ -57,7 +57,7 @@ class FusedNetwork:
 
     def __init__(self, model: bytes, *, name: str = "network", half: bool | None = None) -> None:
         self.name = name
-        self._half = dr.backend_v(mi.Float) == dr.JitBackend.CUDA if half is None else half
+        self.half = dr.backend_v(mi.Float) == dr.JitBackend.CUDA if half is None else half
         graph = _parse(model, name).graph
         self._constants = {t.name: numpy_helper.to_array(t) for t in graph.initializer}
         self._inputs = [value.name for value in graph.input]
@@ -93,7 +93,7 @@ class FusedNetwork:
         if node.op_type in ("Gemm", "MatMul"):
             weight, bias = _affine(node.op_type, constants, attributes, self.name)
             few = weight.shape[1] <= LITERAL_INPUTS
-            function = Literal(weight, bias) if few else Dense(weight, bias, self._half)
+            function = Literal(weight, bias) if few else Dense(weight, bias, self.half)
             operands = operands[:1]
         elif node.op_type == "Gather" and constants[0] is not None:
             function, operands = Table(constants[0], **attributes), operands[1:]
