@@ -96,3 +96,24 @@ def test_nobody_pays_who_did_not_ask(bundle: Path) -> None:
     integrator = mi.load_dict({"type": "purelight"})
     assert integrator.prepare(room(bundle)).groups == ()
     assert integrator.aov_names() == []
+
+
+def test_groups_within_another_integrator_are_refused(bundle: Path) -> None:
+    inner = {"type": "purelight", "light_groups": True, "max_depth": 2}
+    nested = mi.load_dict({"type": "aov", "aovs": "depth:depth", "inner": inner})
+    with pytest.raises(RuntimeError) as caught:
+        mi.render(room(bundle), integrator=nested, spp=2)
+    assert "light_groups does not work" in str(caught.value.__cause__)
+    inner["light_groups"] = False
+    nested = mi.load_dict({"type": "aov", "aovs": "depth:depth", "inner": inner})
+    assert mi.render(room(bundle), integrator=nested, spp=2).shape[-1] == 4
+
+
+def test_names_may_be_asked_for_early(bundle: Path) -> None:
+    """As long as nobody relies on them: here the scene's own integrator is asked."""
+    own = {"integrator": {"type": "purelight", "light_groups": True, "max_depth": 2}}
+    scene = mi.load_dict(lamps.room() | own | {
+        "lamp": {"type": "purelight", "filename": str(bundle), "to_world": PLACES["a"]},
+    })  # fmt: skip
+    assert scene.integrator().aov_names() == []
+    assert mi.render(scene, spp=2).shape[-1] == 3 + 2 * 3

@@ -52,6 +52,7 @@ class PureLightIntegrator(mi.SamplingIntegrator):
         if depth < -1 or self.rr_depth < 1:
             raise PureLightError("max_depth must be -1 or more, rr_depth 1 or more")
         self._parts: SceneParts | None = None
+        self._named_early = False
         self.spoilt = 0
         self._spoilt = dr.zeros(mi.UInt32)
 
@@ -64,6 +65,7 @@ class PureLightIntegrator(mi.SamplingIntegrator):
         develop: bool = True,
         evaluate: bool = True,
     ) -> mi.TensorXf:
+        self._refuse_nesting(scene)
         before, engine = self.spoilt, self.prepare(scene).engine
         sensor = scene.sensors()[sensor] if isinstance(sensor, int) else sensor
         usual = sensor.sampler().sample_count()
@@ -88,7 +90,22 @@ class PureLightIntegrator(mi.SamplingIntegrator):
         if self.spoilt > before:
             warnings.warn(SpoiltWarning(self.spoilt), stacklevel=3)
 
+    def _refuse_nesting(self, scene: mi.Scene) -> None:
+        """A parent (`aov`) counts the layers when it is made, before any scene is known.
+
+        With other layers later, Dr.Jit ends the process.
+
+        Raises:
+            PureLightError: If this integrator has light groups and is part of another.
+        """
+        if self.light_groups and self._named_early and scene.integrator() is not self:
+            raise PureLightError(
+                "light_groups does not work within another integrator; render without it, or use "
+                "purelight-render --light-groups --aovs, which has both"
+            )
+
     def aov_names(self) -> list[str]:
+        self._named_early |= self._parts is None
         groups = self._parts.groups if self._parts else []
         return [f"light.{name}.{channel}" for name in groups for channel in "RGB"]
 
