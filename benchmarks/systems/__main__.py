@@ -24,6 +24,7 @@ from pathlib import Path
 from benchmarks.systems.own import OWN
 from benchmarks.systems.protocol import System
 from benchmarks.systems.scales import SCALES, scale
+from purelight_examples.luminaires.catalog import CATALOG
 from purelight_format import command
 from purelight_format.errors import PureLightError
 
@@ -64,21 +65,51 @@ def _parser() -> command.Parser:
 
 def measure(argv: Sequence[str]) -> int:
     """The measurement alone, without a report: what a job does."""
-    return command.run(COMMAND, lambda: _measure(_parser().parse_args(argv)))
+
+    def act() -> int:
+        options = _parser().parse_args(argv)
+        _check(options)
+        return _measure(options)
+
+    return command.run(COMMAND, act)
 
 
 def _act(options: argparse.Namespace) -> int:
-    if options.threads < 1:
-        raise PureLightError("--threads must be at least 1")
+    _check(options)
     folder = options.output / options.scale
-    if options.workers or options.scheduler:
-        _side_by_side(options)
-    elif not options.report:
-        _measure(options)
+    if not options.report:
+        if options.workers or options.scheduler:
+            _side_by_side(options)
+        else:
+            _measure(options)
     from benchmarks.systems.report import report
 
     print(report.write(folder, systems(None), RESULTS / options.scale if options.publish else None))
     return 0
+
+
+def _check(options: argparse.Namespace) -> None:
+    """Raises PureLightError if there is nothing of a name that was given, or too few of a number.
+
+    A word that nobody knows would else be left out in silence, or measured as a lamp that fails.
+    """
+    if options.threads < 1:
+        raise PureLightError("--threads must be at least 1")
+    if options.workers < 0:
+        raise PureLightError("--workers must be 0 or more")
+    chosen = scale(options.scale)
+    tasks = [task.name for task in chosen.tasks(0.1)]
+    names = [system.name for system in systems(None)]
+    asked = (
+        ("system", options.systems, names),
+        ("task", options.tasks, tasks),
+        ("system or task", options.again, [*names, *tasks, "failed"]),
+        ("lamp", options.lamps, list(CATALOG)),
+    )
+    for what, words, known in asked:
+        if unknown := set(words or ()) - set(known):
+            where = " in this scale" if what == "task" else ""
+            raise PureLightError(f"no {what} {min(unknown)}{where}; choose from {' '.join(known)}")
 
 
 def _side_by_side(options: argparse.Namespace) -> None:
@@ -98,9 +129,6 @@ def _measure(options: argparse.Namespace) -> int:
     from benchmarks.systems.runner import Runner
 
     chosen = scale(options.scale)
-    known = [task.name for task in chosen.tasks(0.1)]
-    if unknown := set(options.tasks or ()) - set(known):
-        raise PureLightError(f"no task {min(unknown)} in this scale; choose from {' '.join(known)}")
     os.environ.update(OMP_NUM_THREADS=str(options.threads), OMP_WAIT_POLICY="PASSIVE")
     runner = Runner(
         options.output / options.scale, chosen, systems(options.systems or chosen.systems),

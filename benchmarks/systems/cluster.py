@@ -30,10 +30,10 @@ def run(
     Raises:
         PureLightError: Dask is not installed, or nobody answers at the address.
     """
-    from distributed import as_completed
-
     faults = {}
     with engine(max(workers, 1), address) as client:
+        from distributed import as_completed
+
         jobs = {
             client.submit(measured, lamp, tuple(words), resources={MEMORY: GIBIBYTES}, pure=False):
             lamp for lamp in lamps

@@ -38,7 +38,8 @@ def measure(subject: Subject, task: JudgedTask, seen: Picture, truth: Truth) -> 
         `relative_variance`: mean of the picture's own variance over R² + (0.1 mean R)²;
         `relative_error`: relMSE with the variance of the truth alone taken out, what the picture
         with its noise would have beside a perfect truth; `mean_noise`: standard error of `mean`,
-        of both. Only `dark` where no light falls on what is judged.
+        of both, the channels of a pixel taken to vary together, as paths carry all.
+        Only `dark` where no light falls on what is judged.
 
     Raises:
         PureLightError: the picture has another size than the truth.
@@ -54,7 +55,7 @@ def measure(subject: Subject, task: JudgedTask, seen: Picture, truth: Truth) -> 
     compared = Comparison(seen, truth.picture, mask).to_dict()
     weight = 1 / (reference[mask] ** 2 + (MSE_FLOOR * level) ** 2)
     noise = [float((p.error[mask] ** 2 * weight).mean()) for p in (seen, truth.picture)]
-    apart = [float(np.sqrt((p.error[mask] ** 2).sum())) for p in (seen, truth.picture)]
+    apart = [float(np.sqrt((p.error[mask].sum(-1) ** 2).sum())) for p in (seen, truth.picture)]
     return {
         **compared,
         "relative_variance": noise[0],

@@ -33,6 +33,7 @@ class Record:
         picture: its file, relative to the records.
         last: whether the series ends with it.
         failed: one line.
+        threads: that the system was given; 0 if not told.
     """
 
     lamp: str
@@ -51,6 +52,7 @@ class Record:
     picture: str = ""
     last: bool = False
     failed: str = ""
+    threads: int = 0
 
     @property
     def series(self) -> tuple[str, str, str]:
@@ -70,7 +72,10 @@ class Record:
 
 
 class Records:
-    """The lines of the lamps' files; later ones of a series with another key replace the earlier.
+    """The lines of the lamps' files; a later run of a series replaces the earlier ones.
+
+    A run ends with its `last` record. One that was interrupted ends where a record has another
+    key, or not more samples than the one before: each run of a series begins anew.
 
     A lamp has a file of its own, so that several may be measured at once.
     """
@@ -97,21 +102,30 @@ class Records:
             os.fsync(file.fileno())
 
     def ended(self, series: tuple[str, str, str], key: str) -> bool:
-        """Whether a series of this key came to its end, good or bad."""
-        return any(r.series == series and r.key == key and r.last for r in self.lines)
+        """Whether the last run of a series has this key and came to its end, good or bad."""
+        run = _last_run([r for r in self.lines if r.series == series])
+        return bool(run) and run[-1].key == key and run[-1].last
 
     def current(self) -> list[Record]:
         """What counts: of each series the last run, one record for each number of samples."""
-        keys = {r.series: r.key for r in self.lines}
-        found: dict[tuple[Any, ...], Record] = {}
+        lines: dict[tuple[str, str, str], list[Record]] = {}
         for record in self.lines:
-            if record.key == keys[record.series]:
-                place = (*record.series, record.samples)
-                found.pop(place, None)
-                if record.samples:
-                    found.pop((*record.series, 0), None)  # it failed before, and does no more
-                found[place] = record
-        return list(found.values())
+            lines.setdefault(record.series, []).append(record)
+        counting = {id(r) for series in lines.values() for r in _last_run(series)}
+        return [r for r in self.lines if id(r) in counting]
+
+
+def _last_run(lines: list[Record]) -> list[Record]:
+    """The records of one series that its last run made."""
+    run: list[Record] = []
+    for record in lines:
+        before = run[-1] if run else None
+        goes_on = before is not None and record.key == before.key and not before.last
+        if goes_on and (record.failed or record.samples > run[-1].samples):
+            run.append(record)
+        else:
+            run = [record]
+    return run
 
 
 def _read(text: str) -> Record | None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import inspect
 import io
+import shutil
 import sys
 from collections.abc import Iterable, Iterator
 from dataclasses import asdict, dataclass, field
@@ -94,7 +95,7 @@ class Runner:
 
     def _system(self, facts: Facts, system: System, tasks: list[JudgedTask]) -> None:
         folder = self.folder / facts.subject.name / "systems" / system.name
-        folder.mkdir(parents=True, exist_ok=True)
+        _of_this_lamp(folder, facts.digest)
         cost, trouble = Cost(0, 0), ""
         try:
             self._say(facts.subject.name, system.name, "preparing")
@@ -114,7 +115,7 @@ class Runner:
                     Record(
                         *(facts.subject.name, system.name, task.name),
                         self.key(facts, system, task), self.code, task.kind, cost=asdict(cost),
-                        last=True, failed=lines,
+                        last=True, failed=lines, threads=self.threads,
                     )
                 )  # fmt: skip
 
@@ -133,7 +134,7 @@ class Runner:
             record = Record(
                 subject.name, system.name, task.name, key, self.code, task.kind, frame.samples,
                 seconds, frame.seconds, frame.warm_up, frame.megabytes, plain(asdict(cost)),
-                figures, self._keep(subject, system, task, frame), last,
+                figures, self._keep(subject, system, task, frame), last, threads=self.threads,
             )  # fmt: skip
             self.records.add(record)
             self._say(*record.series, f"{frame.samples} spp, {seconds:.2f} s", _told(record))
@@ -161,6 +162,15 @@ class Runner:
 
     def _say(self, *words: str) -> None:
         print(" ".join(words), file=sys.stderr, flush=True)
+
+
+def _of_this_lamp(folder: Path, digest: str) -> None:
+    """Make a system's folder; what it made ready for the lamp as it was before is thrown away."""
+    mark = folder / "lamp.key"
+    if mark.is_file() and mark.read_text() != digest:
+        shutil.rmtree(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    atomic.write_bytes(mark, digest.encode())
 
 
 def _source(thing: object) -> str:

@@ -286,13 +286,16 @@ class Cases:
             given = {"to_world": matrix.tolist(), "dimmer": 0.5, "background": BACKGROUND}
             wish = self._rays(lamp, matrix)
             yield self._set(f"view-{name}", "composite", "view", lamp, wish, parameters=given)
+        given = {"to_world": turned.tolist(), "dimmer": 0.5, "background": BACKGROUND}
+        yield self._set("view-within", "composite", "view", "wild",
+                        self._rays("wild", turned, (0.1, 0.5)), parameters=given)  # fmt: skip
 
-    def _rays(self, lamp: str, matrix: np.ndarray) -> Wish:
-        """Rays at the lamp, every fourth one beside it."""
+    def _rays(self, lamp: str, matrix: np.ndarray, radii: tuple[float, float] = (2.0, 6.0)) -> Wish:
+        """Rays at the lamp, every fourth one beside it unless they begin within."""
         rng, sphere = np.random.default_rng(8), lamps.LAMPS[lamp].emission.sphere
         count = 96
         origin = np.array(sphere.center) + sphere.radius * directions(count, rng) * rng.uniform(
-            2, 6, (count, 1)
+            *radii, (count, 1)
         )
         target = np.array(sphere.center) + sphere.radius * 0.5 * rng.uniform(-1, 1, (count, 3))
         direction = target - origin
@@ -305,6 +308,7 @@ class Cases:
             **placed_flags(matrix),
             "NORMAL_SIDE": hits.valid & inward,
             "BESIDE": ~hits.valid,
+            "WITHIN": hits.valid & (radii[1] < 1),
             "DIMMER": hits.valid,
             **self._view_flags(lamp, hits.valid),
         }
@@ -328,16 +332,33 @@ class Cases:
             given = {"to_world": matrix.tolist(), "dimmer": 0.5}
             yield self._set(f"sampled-{name}", "estimators", "estimate", lamp,
                             self._shading(lamp, matrix), parameters=given)  # fmt: skip
+        for operation, lamp in (("estimate", "wild"), ("map_estimate", "compass")):
+            name = operation.replace("_", "-")
+            yield self._set(f"{name}-inside", "estimators", operation, lamp,
+                            self._unserved(lamp), parameters={"dimmer": 0.5})  # fmt: skip
         yield from self._maps()
         yield self._area()
 
+    @staticmethod
+    def _unserved(lamp: str) -> Wish:
+        """Points inside the bounding sphere, its centre first: no sample can be drawn there."""
+        rng, sphere = np.random.default_rng(14), lamps.LAMPS[lamp].emission.sphere
+        count = 16
+        reach = np.append(0.0, rng.uniform(0.05, 0.99, count - 1))[:, None]
+        point = placed(reach * directions(count, rng), ball(sphere))
+        inputs = {"point": point, "normal": directions(count, rng), "u": rng.random((count, 2))}
+        return Wish(inputs, {"INSIDE": ALL, "CENTRE": reach[:, 0] == 0}, count=count)
+
     def _maps(self) -> Iterator[VectorSet]:
         """Means of many samples, because hosts may draw from the map as they like."""
-        for lamp, flag in (("wild", "MEASURE"), ("compass", "MAP_ORDER"), ("red", "RED_ONLY"),
-                           ("black", "BLACK")):  # fmt: skip
-            yield self._map(lamp, flag)
+        for name, lamp, flag in (
+            ("wild", "wild", "MEASURE"), ("compass", "compass", "MAP_ORDER"),
+            ("red", "red", "RED_ONLY"), ("black", "black", "BLACK"),
+        ):  # fmt: skip
+            yield self._map(name, lamp, flag, np.eye(4))
+        yield self._map("placed", "compass", "MAP_ORDER", TRANSFORMS["scaled"])
 
-    def _map(self, lamp: str, flag: str) -> VectorSet:
+    def _map(self, name: str, lamp: str, flag: str, matrix: np.ndarray) -> VectorSet:
         """Points that see half of the lamp, each with many samples."""
         rng, sphere = np.random.default_rng(11), lamps.LAMPS[lamp].emission.sphere
         point = placed(directions(6, rng) * np.array([[1.2, 1.5, 2, 4, 8, 50]]).T, ball(sphere))
@@ -345,18 +366,19 @@ class Cases:
         normal = np.cross(cap(point, sphere).axis, directions(6, rng))
         normal = (normal / np.linalg.norm(normal, axis=1, keepdims=True)).astype(np.float32)
         mean, deviation = self._irradiance(self._lamps[lamp], point, normal.astype(np.float64))
+        linear = matrix[:3, :3] / np.cbrt(np.linalg.det(matrix[:3, :3]))
         inputs = {
-            "point": np.repeat(point, SAMPLES, 0),
-            "normal": np.repeat(normal, SAMPLES, 0),
+            "point": np.repeat(placed(point, matrix), SAMPLES, 0),
+            "normal": np.repeat(normal @ linear.T, SAMPLES, 0),
             "u": rng.random((len(point) * SAMPLES, 2)),
         }
-        flags = [flag, "MEASURE", "DIMMER"] if flag != "BLACK" else [flag]
+        flags = [flag, "MEASURE", *placed_flags(matrix)] if flag != "BLACK" else [flag]
         return VectorSet(
-            f"estimators/map-{lamp}", "estimators", "map_estimate", lamp,
+            f"estimators/map-{name}", "estimators", "map_estimate", lamp,
             Wish(inputs, {}).float32, {"irradiance": 0.5 * mean},
             {"irradiance": 0.5 * (FLOOR * mean + SIGMAS * deviation / math.sqrt(SAMPLES))},
-            {name: list(range(len(point))) for name in dict.fromkeys(flags)}, {"dimmer": 0.5},
-            average=SAMPLES,
+            {flag: list(range(len(point))) for flag in dict.fromkeys(flags)},
+            {"to_world": matrix.tolist(), "dimmer": 0.5}, average=SAMPLES,
         )  # fmt: skip
 
     @staticmethod

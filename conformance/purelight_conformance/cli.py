@@ -15,6 +15,7 @@ from purelight_format.bundle import Bundle
 from purelight_format.errors import PureLightError
 
 COMMAND = "purelight-conformance"
+LONGEST = 1_000_000  # Seconds to wait for an answer; the system's clocks take no more than some.
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -36,13 +37,15 @@ def _make(options: argparse.Namespace) -> int:
 
 
 def _run(options: argparse.Namespace) -> int:
-    if options.timeout <= 0:
-        raise PureLightError("--timeout must be above 0 s")
-    bundles = [Bundle.open(path) for path in options.bundles]
+    if not 0 < options.timeout <= LONGEST:
+        raise PureLightError(f"--timeout must be above 0 s and at most {LONGEST:,} s")
+    bundles = [Bundle.open(path) for path in dict.fromkeys(options.bundles)]
+    stems = [bundle.path.stem for bundle in bundles]
     with tempfile.TemporaryDirectory() as folder:
         wanted = suite.read(options.suite) if options.suite else maker.make(Path(folder))
         for bundle in bundles:
-            wanted = wanted + maker.of_bundle(bundle)
+            alone = stems.count(bundle.path.stem) == 1
+            wanted = wanted + maker.of_bundle(bundle, "" if alone else str(bundle.path))
         report = _watched(wanted, options)
     print(text.to_json(report) if options.json else text.to_text(report))
     return 0 if report.conforms else 1

@@ -89,13 +89,16 @@ class Client:
         Raises:
             HostError: Also if it speaks another version of the protocol.
         """
-        answer = self._ask("hello", {"do": "hello", "protocol": protocol.VERSION})
+        try:
+            answer = self._ask("hello", {"do": "hello", "protocol": protocol.VERSION})
+        except RefusalError as error:
+            raise HostError(f"the host refused hello: {error}") from error
         version, operations = str(answer.get("protocol")), answer.get("operations")
         if version.split(".")[0] != protocol.VERSION.split(".")[0]:
             raise HostError(f"the host speaks version {version!r} of the protocol, not 1")
         if not isinstance(operations, list) or not all(isinstance(o, str) for o in operations):
             raise HostError("the host does not list its operations")
-        name, release = (str(answer.get(key, "?"))[:80] for key in ("host", "version"))
+        name, release = (_line(answer.get(key, "?"), 80) for key in ("host", "version"))
         return Hello(name, release, frozenset(operations))
 
     def open(self, path: str) -> None:
@@ -129,7 +132,7 @@ class Client:
             raise HostError(f"the host's answer to {what}: {error}") from error
 
     def end(self) -> None:
-        """Ends the host's input, upon which it must end with exit code 0 (H1).
+        """Ends the host's input, upon which it must end with exit code 0 and say no more (H1).
 
         Raises:
             HostError: If it does not.
@@ -138,10 +141,14 @@ class Client:
         with suppress(OSError):
             self._process.stdin.close()
         try:
+            rest = self._worker.submit(self._rest).result(self._timeout)
             code = self._process.wait(self._timeout)
-        except subprocess.TimeoutExpired:
+        except (NoAnswer, subprocess.TimeoutExpired):
+            self._kill()
             text = f"the host did not end within {self._timeout:g} s of the end of its input"
             raise HostError(text) from None
+        if rest:
+            raise HostError(f"the host wrote more than its answers: {rest[:60]!r}")
         if code:
             raise HostError(f"the host ended with exit code {code} at the end of its input, not 0")
 
@@ -152,8 +159,10 @@ class Client:
             raw = self._worker.submit(self._exchange, line).result(self._timeout)
         except NoAnswer:
             self._kill()
-            text = f"the host gave no answer to {what} within {self._timeout:g} s"
-            raise HostError(text) from None
+            raise HostError(
+                f"the host gave no answer to {what} within {self._timeout:g} s; an answer ends "
+                "with a newline, and has to be flushed"
+            ) from None
         if not raw.endswith(b"\n"):
             raise HostError(self._obituary(what, raw))
         try:
@@ -163,7 +172,7 @@ class Client:
         if answer.get("id") != self._count:
             raise HostError(f"the host's answer to {what} is that to another question")
         if "refused" in answer:
-            raise RefusalError(str(answer["refused"])[:200])
+            raise RefusalError(_line(answer["refused"], 200))
         return answer
 
     def _exchange(self, line: bytes) -> bytes:
@@ -177,6 +186,14 @@ class Client:
         except OSError:
             return b""
 
+    def _rest(self) -> bytes:
+        """What the host still writes after the end of its input; only its beginning is kept."""
+        assert self._process.stdout is not None
+        rest = b""
+        while piece := self._process.stdout.read(1 << 16):
+            rest = rest or piece
+        return rest
+
     def _obituary(self, what: str, raw: bytes) -> str:
         """Why there is no whole line: the host ended, or its line never does."""
         if len(raw) >= protocol.LINE_BYTES:
@@ -188,11 +205,16 @@ class Client:
         words = [text.strip() for text in self._errors.read().decode(errors="replace").splitlines()]
         last = next((text for text in reversed(words) if text), "it said nothing")
         end = "closed its output" if code is None else f"ended with code {code}"
-        return f"the host {end} at {what}: {last[:200]}"
+        return f"the host {end} at {what}: {_line(last, 200)}"
 
     def _kill(self) -> None:
-        """Ends the host and what it started, unless it has ended already."""
-        if self._process.poll() is None:
-            with suppress(ProcessLookupError, PermissionError):
-                os.killpg(self._process.pid, signal.SIGKILL)
+        """Ends the host and what it started: a child may hold the pipes when the host has ended."""
+        with suppress(ProcessLookupError, PermissionError):
+            os.killpg(self._process.pid, signal.SIGKILL)
         self._process.wait()
+
+
+def _line(value: Any, length: int) -> str:
+    """A host's words as one line, without what a terminal would obey."""
+    text = " ".join(str(value).split())
+    return "".join(letter if letter.isprintable() else "?" for letter in text)[:length]

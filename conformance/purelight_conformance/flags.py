@@ -39,4 +39,5 @@ FLAGS = {
     "UNNORMALISED": "a density that does not integrate to one over the cap",
     "UNVETTED": "a file taken that breaks a rule of the format",
     "U_EDGE": "u at 0 and at 1 - 2⁻²⁴",
+    "WITHIN": "a viewer between the parts of the lamp who sees it from the bounding sphere, or not",
 }

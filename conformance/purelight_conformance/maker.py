@@ -28,15 +28,19 @@ def make(folder: Path) -> Suite:
     return made
 
 
-def of_bundle(bundle: Bundle) -> Suite:
-    """The golden vectors of any bundle as part of a suite."""
+def of_bundle(bundle: Bundle, title: str = "") -> Suite:
+    """The golden vectors of any bundle as part of a suite.
+
+    Arguments:
+        title: what its vectors are called after; the stem of the bundle's name if empty.
+    """
     name = str(bundle.path)
     sets = []
     for network in (n for n in bundle.manifest.networks if n in SIGNATURES):
         golden = bundle.vectors(network)
         flags = {"GOLDEN": list(range(len(golden)))}
         sets.append(VectorSet(
-            f"{bundle.path.stem}/{network}", network, network, name, golden.inputs,
+            f"{title or bundle.path.stem}/{network}", network, network, name, golden.inputs,
             golden.outputs, golden.tolerances, flags,
         ))  # fmt: skip
     return Suite(tuple(sets), {name: bundle.path})

@@ -321,11 +321,17 @@ def wild(emission: Emission) -> dict[str, bytes]:
 
 
 def compass(emission: Emission) -> dict[str, bytes]:
-    """Grey light that depends on every component of every input, and on the cell of the map."""
+    """Grey light that depends on every component of every input, and on the cell of the map.
+
+    The map is brightest at one corner and falls off from it the faster in u, so that wherever a
+    turned or mirrored one is taken for it, light comes from elsewhere.
+    """
     slopes = np.array([1, 2, 4, 0.5, -1, 1.5, 3, -2, 0.25])
+    v, u = np.indices((16, 16)) / 16
+    cells = np.arange(1.0, CELLS + 1).reshape(16, 16) / 64 + 250 * (1 - v) ** 3 * (1 - u) ** 6
     weights = {
         "appearance": {"W0": np.tile(slopes, (3, 1)), "B0": np.full(3, 20.0)},
-        "fast_map": _plain_map(np.repeat(np.arange(1.0, CELLS + 1), 3)),
+        "fast_map": _plain_map(np.repeat(cells, 3)),
     }
     return _plain(emission, weights)
 

@@ -19,7 +19,13 @@ READER = "reader"  # Offered by hosts that vet what they open; there is nothing 
 LINE_BYTES = 256 << 20  # More than any answer needs; what is longer is not read to its end.
 DTYPES = ("<f4", "<f8")
 
+MALFORMED = (ArithmeticError, LookupError, TypeError, ValueError)  # By parameters and inputs.
+
 Arrays = dict[str, np.ndarray]
+
+
+class MessageError(PureLightError):
+    """A line is no message."""
 
 
 class Host(Protocol):
@@ -68,8 +74,10 @@ def _decode(name: str, value: Any) -> np.ndarray:
         dtype, shape, data = value["dtype"], value["shape"], value["data"]
         if dtype not in DTYPES:
             raise PureLightError(f"{name}: the type must be {' or '.join(DTYPES)}")
+        if not all(type(size) is int and size >= 0 for size in shape):  # NumPy would guess for -1.
+            raise ValueError("sizes are whole numbers, not below 0")
         raw = base64.b64decode(data, validate=True)
-        return np.frombuffer(raw, dtype).reshape([int(size) for size in shape])
+        return np.frombuffer(raw, dtype).reshape(shape)
     except (TypeError, KeyError, ValueError, binascii.Error) as error:
         raise PureLightError(f"{name}: no array of the protocol ({error!r})") from error
 
@@ -83,27 +91,32 @@ def loads(line: bytes) -> dict[str, Any]:
     """One line as one message.
 
     Raises:
-        PureLightError: If it is none.
+        MessageError: If it is none.
     """
     try:
         message = json.loads(line)
     except (ValueError, RecursionError) as error:
-        raise PureLightError("no JSON") from error
+        raise MessageError("no JSON") from error
     if not isinstance(message, dict):
-        raise PureLightError("no JSON object")
+        raise MessageError("no JSON object")
     return message
 
 
 def serve(host: Host) -> int:
-    """Answers the runner until it closes the pipe; returns the exit code 0.
+    """Answers the runner until it closes the pipe; returns the exit code: 0, or 2 after one line
+    about a request that is no message.
 
     Whatever else the process prints goes to its standard error, so that no library can spoil the
     answers.
     """
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
-    with answers:
-        _answer_all(host, sys.stdin.buffer, answers)
+    try:
+        with answers:
+            _answer_all(host, sys.stdin.buffer, answers)
+    except MessageError as error:
+        print(f"{host.name}: error: a request is {error}", file=sys.stderr)
+        return 2
     return 0
 
 
@@ -113,7 +126,9 @@ def _answer_all(host: Host, requests: BinaryIO, answers: BinaryIO) -> None:
         try:
             answer = _answer(host, request)
         except PureLightError as error:
-            answer = {"refused": str(error)}
+            answer = {"refused": " ".join(str(error).split())}
+        except MALFORMED as error:
+            answer = {"refused": f"the request is not of the protocol: {error!r}"[:500]}
         answers.write(dumps({"id": request.get("id"), **answer}))
         answers.flush()
 
@@ -121,6 +136,8 @@ def _answer_all(host: Host, requests: BinaryIO, answers: BinaryIO) -> None:
 def _answer(host: Host, request: Mapping[str, Any]) -> dict[str, Any]:
     task = request.get("do")
     if task == "hello":
+        if (version := str(request.get("protocol"))).split(".")[0] != VERSION.split(".")[0]:
+            raise PureLightError(f"version {version} of the protocol is not spoken here")
         return {"protocol": VERSION, "host": host.name, "version": host.version,
                 "operations": list(host.operations)}  # fmt: skip
     if task == "open":

@@ -80,7 +80,8 @@ class Report:
         for result in self.results:
             for flag, rows in result.vectors.flags.items():
                 outcomes = [result.outcome[row] for row in rows]
-                counts[flag][0] += outcomes.count(FAILED)
-                counts[flag][1] += outcomes.count(FAILED) + outcomes.count(PASSED)
+                count = counts.setdefault(flag, [0, 0])  # A newer suite may hunt more.
+                count[0] += outcomes.count(FAILED)
+                count[1] += outcomes.count(FAILED) + outcomes.count(PASSED)
         found = {flag: (bad, total) for flag, (bad, total) in counts.items() if bad}
         return dict(sorted(found.items(), key=lambda item: -item[1][0] / item[1][1]))

@@ -47,22 +47,21 @@ def run(
             report's `fault`.
     """
     order = {name: k for k, name in enumerate(["", *suite.bundles])}
-    arranged = sorted(suite.sets, key=lambda vectors: order[vectors.bundle])
+    arranged = sorted(enumerate(suite.sets), key=lambda item: order[item[1].bundle])
     with Client(command, timeout) as client:
         report = Report(client.hello())
         session, results = _Session(client, suite, report.host), {}
         try:
-            for done, vectors in enumerate(arranged):
+            for done, (place, vectors) in enumerate(arranged):
                 progress(done, len(arranged), vectors.id)
-                results[vectors.id] = session.put(vectors)
+                results[place] = session.put(vectors)
             if statistics:
                 progress(len(arranged), len(arranged), "statistics")
-                results |= {result.vectors.id: result for result in session.draw()}
+                results |= enumerate(session.draw(), len(arranged))
             client.end()
         except HostError as error:
             report.fault = str(error)
-    ordered = [results.pop(v.id) for v in suite.sets if v.id in results]
-    report.results = [*ordered, *results.values()]
+    report.results = [results[place] for place in sorted(results)]
     return report
 
 

@@ -152,15 +152,42 @@ def read(folder: Path) -> Suite:
             f"{path}: no such file; make the suite with purelight-conformance make"
         )
     try:
-        index = json.loads(read_file(path, INDEX_BYTES))
+        index = json.loads(read_file(path, INDEX_BYTES), parse_constant=_refuse_constant)
         if index["version"].split(".")[0] != VERSION.split(".")[0]:
             raise PureLightError(f"{path}: version {index['version']}, this reads {VERSION}")
         sets = tuple(_unpack(entry, _content(folder, entry["file"])) for entry in index["sets"])
-        return Suite(sets, {name: _inside(folder, at) for name, at in index["bundles"].items()})
+        bundles = {name: _inside(folder, at) for name, at in index["bundles"].items()}
+        _check(sets, bundles)
+        return Suite(sets, bundles)
     except FormatError as error:
         raise PureLightError(f"{path}: {error.issue.message}") from error
     except DAMAGE as error:
         raise PureLightError(f"{path}: the suite is damaged ({error!r}); make it again") from error
+
+
+def _refuse_constant(name: str) -> float:
+    raise ValueError(f"{name} is no number")
+
+
+def _check(sets: tuple[VectorSet, ...], bundles: Mapping[str, Path]) -> None:
+    """Raises ValueError where sets do not fit together, or are not what a runner can put."""
+    if len({vectors.id for vectors in sets}) < len(sets):
+        raise ValueError("two sets have one id")
+    for vectors in sets:
+        if vectors.bundle and vectors.bundle not in bundles:
+            raise ValueError(f"{vectors.id}: no bundle {vectors.bundle}")
+        if vectors.refusal not in (NEVER, ALLOWED, REQUIRED):
+            raise ValueError(f"{vectors.id}: refusal {vectors.refusal}")
+        if not isinstance(vectors.parameters, dict):
+            raise ValueError(f"{vectors.id}: parameters are no object")
+        count = len(vectors)
+        if {len(array) for array in vectors.inputs.values()} - {count * vectors.average}:
+            raise ValueError(f"{vectors.id}: inputs of different length")
+        for name, array in vectors.outputs.items():
+            if len(array) != count or vectors.tolerances[name].shape != array.shape:
+                raise ValueError(f"{vectors.id}: {name} does not fit its inputs or tolerances")
+        if any(row >= count for rows in vectors.flags.values() for row in rows):
+            raise ValueError(f"{vectors.id}: a flag of a vector that there is not")
 
 
 def _inside(folder: Path, name: str) -> Path:

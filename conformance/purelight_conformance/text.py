@@ -24,7 +24,8 @@ def to_text(report: Report) -> str:
     if report.failures:
         lines += ["", "these vectors hunt:"]
         for flag, (failed, checked) in report.caught().items():
-            lines.append(f"  {flag:<14} {failed:>5} of {checked:>5} failed: {FLAGS[flag]}")
+            hunted = FLAGS.get(flag, "see suite.json")
+            lines.append(f"  {flag:<14} {failed:>5} of {checked:>5} failed: {hunted}")
         lines += ["", "first failures:"]
         for failure in report.failures[:SHOWN]:
             lines.append(f"  {failure.vector}: {failure.what} ({', '.join(failure.hunts)})")

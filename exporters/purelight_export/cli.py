@@ -8,6 +8,7 @@ from pathlib import Path
 
 from purelight_export.export import IES, PHOTOMETRIC, export
 from purelight_export.parts import CHOICES
+from purelight_export.siblings import left_over
 from purelight_format import command
 
 COMMAND = "purelight-export"
@@ -26,6 +27,8 @@ def _export(options: argparse.Namespace) -> int:
     )  # fmt: skip
     for path in written:
         print(f"{path}  {path.stat().st_size / 1e6:.2f} MB")
+    for path in left_over(written):
+        command.warn(COMMAND, f"{path}: of an earlier export, is not written anew; remove it")
     return 0
 
 

@@ -7,7 +7,7 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime, timezone
 from functools import cached_property
-from pathlib import Path
+from pathlib import Path, PurePath
 from typing import Any
 
 import numpy as np
@@ -21,12 +21,12 @@ from purelight_export.photometry import (
     intensity,
     unit_ies_file,
 )
-from purelight_export.siblings import ASSET, FRAGMENT, SHAPE, check_beside
+from purelight_export.siblings import ASSET, FRAGMENT, SHAPE, check_beside, check_name
 from purelight_format import atomic, bundle, color
 from purelight_format.camera import Camera
 from purelight_format.errors import PureLightError
 from purelight_format.members import MANIFEST, PHOTOMETRY, PREVIEW
-from purelight_format.members.manifest import Manifest, NetworkInfo
+from purelight_format.members.manifest import FAINTEST, Manifest, NetworkInfo
 from purelight_format.members.surface import Surface
 from purelight_format.networks.golden import golden_vectors
 from purelight_format.networks.probes import Extent
@@ -43,6 +43,7 @@ from purelight_train.runs.run_directory import RunDirectory
 
 IES, EULUMDAT = PHOTOMETRIC = ("ies", "ldt")
 PREVIEW_SIZE = 256
+LONGEST_NAME = 200  # Characters; a manifest takes no more.
 IN_WATTS = ("flux_error", "student_flux", "student_flux_error")
 MEASURED = ("rays", "exit_surface", "colors", "not_carried", "relative_error")
 FIDELITY = (*IN_WATTS, "held_out_gain_nats")
@@ -74,7 +75,7 @@ def export(
         run_path: A finished run directory.
         networks: Which of `CHOICES` the bundle carries; what is required always.
         compact: Whether grid tables are stored with 15 bits.
-        name: What to call the lamp; like its scene by default.
+        name: What to call the lamp, a printable text; like its scene by default.
         lumens: Luminous flux that all of its light is scaled to; as traced by default.
         photometry: Which photometric files go beside the bundle, some of `PHOTOMETRIC`.
         issued: Date in photometric files, YYYY-MM-DD; the day the run was finished by default.
@@ -84,18 +85,21 @@ def export(
 
     Raises:
         PureLightError: If the run is not finished, a network does not survive the export, the
-            place cannot be written, a file there that no export wrote would be replaced, or a
-            lamp without light is to have lumens.
+            place cannot be written or a USD layer cannot name it, a file there that no export
+            wrote would be replaced, the name is none, or the lamp cannot have so many lumens.
     """
     output = Path(output)
-    if output.suffix != ".plux":
-        raise PureLightError(f"{output}: the bundle's name must end in .plux")
+    check_name(output)
+    if name and plain_name(name) != name:
+        raise PureLightError(
+            f"{name!r}: no name of a lamp; give 1 to {LONGEST_NAME} printable characters"
+        )
     atomic.check_file(output)
     check_beside(output, photometry, kept=_kept(Path(run_path)).is_file())
     run = RunDirectory.open(run_path)
     if lumens is not None:
         run = replace(run, power=power(run, lumens))
-    lamp = Facts(run, name or Path(run.config["luminaire"]).stem, lumens, issued)
+    lamp = Facts(run, name or scene_name(run), lumens, issued)
     parts = make_parts(run, lamp.extent, networks, compact=compact)
     members, infos, errors = _networks(parts, compact=compact)
     members |= lamp.surface.to_members()
@@ -108,6 +112,17 @@ def export(
     return [output, *_beside(lamp, written, photometry)]
 
 
+def scene_name(run: RunDirectory) -> str:
+    """What the scene of a run is called, as a name that a manifest may have."""
+    scene = run.config["luminaire"].replace("\\", "/")  # Where the run may have been made.
+    return plain_name(PurePath(scene).stem) or "lamp"
+
+
+def plain_name(text: str) -> str:
+    """A text with blanks for what cannot be printed, and no longer than a name may be."""
+    return "".join(c if c.isprintable() else " " for c in text)[:LONGEST_NAME]
+
+
 def _tier(parts: Sequence[Part]) -> str | None:
     """The tier that all networks keep to, if there is one."""
     portable = not any(fault(PORTABLE, part.model, part.name) for part in parts)
@@ -118,12 +133,19 @@ def power(run: RunDirectory, wanted: float) -> float:
     """The factor that gives a run's lamp so many lumens.
 
     Raises:
-        PureLightError: If the lamp is dark.
+        PureLightError: If the lamp is dark, or no bundle may have that much or little light.
     """
     traced = color.lumens(run.description.flux)
     if not traced > 0:
         raise PureLightError(f"{run.path}: the lamp gives no light, so it cannot have --lumens")
-    return wanted / traced
+    factor, about = wanted / traced, run.description
+    light = [factor * x for x in (*about.flux, about.radiance_scale) if x > 0]
+    if not FAINTEST <= min(light) <= max(light) <= 1 / FAINTEST:
+        raise PureLightError(
+            f"--lumens {wanted:g}: a bundle cannot hold light so "
+            f"{'faint' if min(light) < FAINTEST else 'strong'}; give another number"
+        )
+    return factor
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ import numpy as np
 from purelight_format.color import LUMINANCE
 from purelight_format.errors import PureLightError
 from purelight_format.measures import flux_estimate
+from purelight_format.members.manifest import FAINTEST
 from purelight_format.ray_file.conversion import file_of, rays_of
 from purelight_format.ray_file.files import is_ray_file, read_ray_file
 from purelight_format.ray_file.ray_file import LUMENS, WATTS, RayFile
@@ -29,6 +30,7 @@ CHUNK = 1 << 14  # Rays drawn at a time, each from `CANDIDATES`.
 CANDIDATES = 8
 BY_AREA = 0.2  # Of the places, those that are even by area and not by flux.
 LIFT = 1e-5  # Of the radius.
+FRUITLESS = 16  # Chunks without a ray, after which there is none.
 FLUXES = (WATTS, LUMENS, "X", "Z")
 Progress = Callable[[int], None]
 
@@ -60,12 +62,14 @@ def scaled_to(file: RayFile, lumens: float) -> RayFile:
     """The same rays with another luminous flux.
 
     Raises:
-        PureLightError: It has none to scale.
+        PureLightError: It has none to scale, or float32 cannot hold what it would have.
     """
     factor = np.ones(len(file.columns), np.float32)
     now = file.totals().get(LUMENS) or rays_of(file).lumens
     if not now > 0:
         raise PureLightError(f"{file.name}: gives no visible light, so it cannot have --lumens")
+    if not FAINTEST <= lumens / max(len(file), 1) <= lumens <= 1 / FAINTEST:
+        raise PureLightError(f"--lumens {lumens:g}: a ray file cannot hold it; give another number")
     factor[[name in FLUXES for name in file.columns]] = lumens / now
     stated = {name: value * lumens / now for name, value in file.stated.items()}
     return replace(file, rows=file.rows * factor, stated=stated)
@@ -80,7 +84,7 @@ def bundle_rays(
     sampling, Talbot 2005); all are scaled to the flux that the manifest tells.
 
     Raises:
-        PureLightError: The lamp is dark.
+        PureLightError: The lamp is dark, or its networks are.
     """
     flux = np.asarray(luminaire.manifest.flux)
     if not flux.max() > 0:
@@ -90,6 +94,11 @@ def bundle_rays(
         part = _drawn(luminaire, min(CHUNK, 2 * (count - found) + 64), rng)
         parts.append(part)
         found += len(part)
+        if not found and len(parts) == FRUITLESS:
+            raise PureLightError(
+                f"{luminaire.manifest.name}: its networks give none of the light that its manifest "
+                "tells, so it has no rays; check it with purelight-validate"
+            )
         progress(min(found, count))
     columns = [
         np.concatenate([getattr(part, name) for part in parts])[:count]
@@ -183,14 +192,17 @@ def traced_rays(
 
 
 def _some(file: RayFile, count: int | None, seed: int) -> RayFile:
-    """All rays of a file, or some that stand for all."""
+    """All rays of a file, or some that stand for all: with the flux of all of them."""
     if count is None or count >= len(file):
         return file
     chosen = np.sort(np.random.default_rng(seed).choice(len(file), count, replace=False))
-    rows = file.rows[chosen]
+    some = replace(file, rows=file.rows[chosen])
     factor = np.ones(len(file.columns), np.float32)
-    factor[[name in FLUXES for name in file.columns]] = len(file) / count
-    return replace(file, rows=rows * factor)
+    for index, name in enumerate(file.columns):
+        if name in FLUXES:
+            all_of_it, drawn = file.total(name), some.total(name)
+            factor[index] = all_of_it / drawn if drawn > 0 else len(file) / count
+    return replace(some, rows=some.rows * factor)
 
 
 def summary(file: RayFile, path: Path) -> str:

@@ -13,6 +13,7 @@ from purelight_format.ray_file.files import SUFFIXES, require_name, write_ray_fi
 
 COMMAND = "purelight-rays"
 MOST = 1e9
+SEEDS = 1 << 32
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -29,7 +30,7 @@ def _rays(options: argparse.Namespace) -> int:
         platform.use()
     from purelight_export.rays import rays_file, scaled_to, summary
 
-    count = options.count and int(options.count)
+    count = options.count
     with tqdm(total=count, desc="rays", unit="ray", unit_scale=True, delay=1) as bar:
         file = rays_file(options.source, count, options.seed, lambda n: bar.update(n - bar.n))
     for note in (*file.notes, *file.flux_notes()):
@@ -46,8 +47,23 @@ def _parser() -> command.Parser:
     add = parser.add_argument
     add("source", type=Path, help="lamp.plux, a run of purelight-train, or a ray file")
     add("--output", type=Path, required=True, help=f"a name in {', '.join(SUFFIXES)}")
-    add("--count", type=command.number(0, MOST), metavar="N",
+    add("--count", type=_count, metavar="N",
         help="rays (default: a million; of a ray file, all)")  # fmt: skip
     add("--lumens", type=command.number(0), metavar="LM", help="luminous flux to scale them to")
-    add("--seed", type=int, default=0)
+    add("--seed", type=_seed, default=0)
     return parser
+
+
+def _count(text: str) -> int:
+    """How many rays, 1e6 as well as 1000000."""
+    value = command.number(0, MOST)(text)
+    if value < 1:
+        raise argparse.ArgumentTypeError(f"{text}: give at least 1")
+    return int(value)
+
+
+def _seed(text: str) -> int:
+    """A number that a generator of random numbers can begin with."""
+    if not text.isdecimal() or int(text) >= SEEDS:
+        raise argparse.ArgumentTypeError(f"{text}: give a whole number from 0 to {SEEDS - 1}")
+    return int(text)

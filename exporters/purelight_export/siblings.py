@@ -12,6 +12,23 @@ from purelight_train.fragment import PLACE
 
 SHAPE, ASSET, FRAGMENT = ".shape.ies", ".usda", ".kept.xml"
 HEAD = 1 << 14  # Bytes at a file's begin, in which it says whose it is.
+NO_PATH = re.compile(r"[@:\\[\]\x00-\x1f\x7f\ud800-\udfff]")  # In asset paths (spec/usd.md, U5).
+
+
+def check_name(bundle: Path) -> None:
+    """Makes sure that a name is one of a bundle, and that the USD asset beside it can name it.
+
+    Raises:
+        PureLightError: It is not.
+    """
+    if bundle.suffix != ".plux":
+        raise PureLightError(f"{bundle}: the bundle's name must end in .plux")
+    found = NO_PATH.search(bundle.name)
+    if found:
+        raise PureLightError(
+            f"{bundle}: a USD layer cannot name a file with {found[0]!r}; give --output another "
+            "name"
+        )
 
 
 def check_beside(bundle: Path, photometry: Sequence[str], *, kept: bool) -> None:
@@ -36,6 +53,17 @@ def check_beside(bundle: Path, photometry: Sequence[str], *, kept: bool) -> None
     meshes = bundle.with_suffix(FRAGMENT).with_suffix("")
     if kept and meshes.exists() and not bundle.with_suffix(FRAGMENT).exists():
         raise _refusal(meshes)  # With our fragment beside it, its files are that fragment's.
+
+
+def left_over(written: Sequence[Path]) -> list[Path]:
+    """Files of an earlier export of the same bundle that the last one has not written.
+
+    Arguments:
+        written: what it has written, the bundle first.
+    """
+    bundle = written[0]
+    beside = (bundle.with_suffix(suffix) for suffix in SIGNS)
+    return [path for path in beside if path not in written and _ours(path, bundle)]
 
 
 def _refusal(path: Path) -> PureLightError:

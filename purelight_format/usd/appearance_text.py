@@ -13,6 +13,8 @@ from purelight_format.members.surface import Surface
 from purelight_format.usd.numbers_text import number, quoted, tuple_text, tuples
 
 BINDING = 'prepend apiSchemas = ["MaterialBindingAPI"]'
+FAMILY = """        uniform token subsetFamily:materialBind:familyType = "nonOverlapping"
+"""
 DIFFUSING = 0.5  # What light that a body spreads adds to its colour in a preview.
 
 
@@ -67,7 +69,7 @@ def subset_texts(surface: Surface, root: str) -> str:
         return ""
     front, back = surface.finish.T
     index = np.where(front == NONE, back, front)
-    return "".join(
+    return FAMILY + "".join(
         f"""
         def GeomSubset "finish_{k}" (
             {BINDING}

@@ -30,7 +30,7 @@ ZONE = 0.03
 GRAIN = 16.0
 # Nats by which light that was learned from may be likelier; 0.05 are five per cent of density.
 BY_HEART = 0.05
-LARGER = {"draft": "standard", "standard": "paper"}
+LARGER = {"sketch": "draft", "draft": "standard", "standard": "paper"}
 WHERE = {"below": "below it", "around": "beside it", "above": "above it"}
 
 

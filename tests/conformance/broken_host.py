@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import sys
 import time
 from typing import Any
@@ -14,6 +15,8 @@ ARRAY = {"dtype": "<f4", "shape": [1, 3], "data": "AAAAAAAAAAAAAIA/"}
 def answer(way: str, request: dict[str, Any]) -> str:
     """One line, or none that is worth the name."""
     reply: dict[str, Any] = {"id": request["id"]}
+    if request["do"] == "hello" and way == "unwilling":
+        return json.dumps({**reply, "refused": "no time"})
     if request["do"] == "hello":
         greetings = {"old": {"protocol": "0.9"}, "mute": {"operations": None}}
         return json.dumps({**reply, **GREETING, **greetings.get(way, {})})
@@ -34,7 +37,10 @@ def answer(way: str, request: dict[str, Any]) -> str:
         "wrong_type": json.dumps({**reply, "outputs": {"tangent": {**ARRAY, "dtype": "O"}}}),
         "wrong_shape": json.dumps({**reply, "outputs": {"tangent": ARRAY, "bitangent": ARRAY}}),
         "too_little": json.dumps({**reply, "outputs": {}}),
-        **dict.fromkeys(("refuses", "ends_badly", "never_ends"), refusal),
+        "negative_size": json.dumps({**reply, "outputs": {"tangent": {**ARRAY, "shape": [-1, 3]}}}),
+        "no_size": json.dumps({**reply, "outputs": {"tangent": {**ARRAY, "shape": [math.inf]}}}),
+        "at_length": json.dumps({**reply, "refused": "not today,\n\x1b[31mnor tomorrow"}),
+        **dict.fromkeys(("refuses", "ends_badly", "never_ends", "goodbye"), refusal),
     }
     return lines.get(way, "")
 
@@ -45,6 +51,8 @@ if __name__ == "__main__":
         sys.exit(3)
     for line in sys.stdin:
         print(answer(way, json.loads(line)), flush=True)
+    if way == "goodbye":
+        print("so long, and thanks for all the vectors" * 10_000)
     if way == "ends_badly":
         sys.exit(3)
     if way == "never_ends":

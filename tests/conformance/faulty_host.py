@@ -210,6 +210,66 @@ def unnormalised() -> None:
         })  # fmt: skip
 
 
+def transform_within(tolerance: float) -> None:
+    """Transforms are refused by another tolerance than the specification's."""
+    measures.UNEVEN = tolerance
+
+
+def uneven_by_a_hundredth() -> None:
+    """Axes may differ by a hundredth."""
+    transform_within(1e-2)
+
+
+def even_to_the_last_digit() -> None:
+    """Transforms with the digits that a scene file gives are refused."""
+    transform_within(1e-9)
+
+
+def map_in_the_luminaire_frame() -> None:
+    """Directions of the radiance map that are not turned with the instance."""
+
+    def estimate(ask: Query, answer: Arrays) -> Arrays:
+        place = ask.instance
+        normal = place.direction_to_world(ask["normal"])  # What the reference does is undone.
+        turned = replace(ask, inputs={**ask.inputs, "normal": normal})
+        return right.run(turned)
+
+    right = OPERATIONS["map_estimate"]
+    spoil("map_estimate", estimate)
+
+
+def mirrored_map() -> None:
+    """Cells of the radiance map counted from the other end of their row, where they are drawn."""
+    right = measures.draw_from_map
+    measures.draw_from_map = lambda radiance_map, u, cap: right(radiance_map[:, :, ::-1], u, cap)
+
+
+def divides_by_no_density() -> None:
+    """Estimates at points where nothing can be drawn are no numbers."""
+
+    def nowhere(ask: Query, answer: Arrays) -> Arrays:
+        view = measures.cap(ask.instance.point_to_local(ask["point"]), ask.sphere)
+        return {k: np.where(view.outside[:, None], v, np.nan) for k, v in answer.items()}
+
+    for name in ("estimate", "map_estimate"):
+        spoil(name, nowhere)
+
+
+def enters_at_the_sphere() -> None:
+    """Rays that begin where they enter the bounding sphere, also those from within it."""
+
+    def view(ask: Query, answer: Arrays) -> Arrays:
+        place, sphere = ask.instance, ask.sphere
+        local = place.point_to_local(ask["origin"])
+        within = np.linalg.norm(local - np.array(sphere.center), axis=1) < sphere.radius
+        back = np.where(within, 2 * sphere.radius * place.scale, 0)[:, None]
+        origin = (ask["origin"] - back * ask["direction"]).astype(ask.dtype)
+        return right.run(replace(ask, inputs={**ask.inputs, "origin": origin}))
+
+    right = OPERATIONS["view"]
+    spoil("view", view)
+
+
 FAULTS = {
     fault.__name__: fault
     for fault in (
@@ -218,6 +278,8 @@ FAULTS = {
         uniform_transform_only_in_name,
         takes_everything, refuses_everything, refuses_warnings,
         swapped_square, unnormalised,
+        uneven_by_a_hundredth, even_to_the_last_digit, map_in_the_luminaire_frame, mirrored_map,
+        divides_by_no_density, enters_at_the_sphere,
     )
 }  # fmt: skip
 

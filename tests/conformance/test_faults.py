@@ -19,7 +19,7 @@ HUNTED = {
     "axis_order": ("AXIS_ORDER", 0.9, {"appearance/paint", "fast_map/paint", "frames/axes"}),
     "cosine_measure": ("MEASURE", 0.2, {"sampler/wild", "appearance/wild", "cap/cap-near"}),
     "cancellation": ("CANCELLATION", 0.5, {"frames/axes", "cap/square_to_disk"}),
-    "transposed_map": ("MAP_ORDER", 0.8, {"fast_map/paint", "appearance/compass"}),
+    "transposed_map": ("MAP_ORDER", 0.7, {"fast_map/paint", "appearance/compass"}),
     "tf32": ("PRECISION", 0.5, {"frames/axes", "cap/cap-near", "appearance/paint"}),
     "swapped_channels": ("CHANNEL_ORDER", 0.9, {"appearance/compass", "fast_map/compass"}),
     "unturned_normal": ("NORMAL_SIDE", 0.8, {"appearance/wild", "sampler/wild"}),
@@ -31,6 +31,16 @@ HUNTED = {
     "refuses_everything": ("OVERSTRICT", 1.0, {"frames/axes", "reader/zip_gap"}),
     "swapped_square": ("DISTRIBUTION", 1.0, {"statistics/integral", "sampler_pdf/wild"}),
     "unnormalised": ("UNNORMALISED", 1.0, {"statistics/distribution", "appearance/wild"}),
+    "uneven_by_a_hundredth": ("REFUSE", 0.2, {"instance/uneven", "instance/radiance-scaled"}),
+    "even_to_the_last_digit": ("ROTATION", 0.1, {"instance/radiance-turned", "instance/shear"}),
+    "map_in_the_luminaire_frame": (
+        "ROTATION",
+        0.01,
+        {"estimators/map-compass", "fast_map/compass"},
+    ),
+    "mirrored_map": ("MAP_ORDER", 0.5, {"fast_map/compass", "estimators/sampled-wild"}),
+    "divides_by_no_density": ("INSIDE", 0.2, {"sampler/wild", "estimators/map-compass"}),
+    "enters_at_the_sphere": ("WITHIN", 0.9, {"composite/view-wild", "composite/view-placed"}),
     "refuses_warnings": ("OVERSTRICT", 0.4, {"reader/wild", "reader/zip_gap"}),
 }
 LAMPS = ("", "wild", "compass", "paint")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import shutil
 import subprocess
@@ -20,7 +21,8 @@ from purelight_conformance.text import to_text
 from purelight_format.bundle import Bundle
 from tests.support.compiled import require_compilers
 
-NODE = Path(__file__).parents[2] / "examples/hosts/node"
+HERE = Path(__file__).parent
+NODE = HERE.parents[1] / "examples/hosts/node"
 SPARED = {  # Operations that rendering in Mitsuba has no use for.
     "area_to_solid_angle", "direction_to_cap", "disk_to_square",
 }  # fmt: skip
@@ -101,3 +103,26 @@ def test_golden_vectors_of_a_bundle_are_put_too(
     vectors = maker.of_bundle(Bundle.open(lamp))
     assert {v.id.split("/")[0] for v in vectors.sets} == {"red"}
     assert all(len(v) in (21, 64) and list(v.flags) == ["GOLDEN"] for v in vectors.sets)
+
+
+def test_bundles_of_one_name_are_all_counted(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Also the one whose vectors are not met, whichever comes first."""
+    for name in ("red", "wild"):
+        (tmp_path / name).mkdir()
+        shutil.copy(folder / f"bundles/{name}.plux", tmp_path / name / "lamp.plux")
+    lamps = [tmp_path / "red/lamp.plux", tmp_path / "wild/lamp.plux"]
+    index = json.loads((folder / "suite.json").read_text())
+    (tmp_path / "suite.json").write_text(json.dumps({**index, "sets": [], "bundles": {}}))
+    counts = []
+    for bundles in (lamps[:1], lamps[1:], lamps, [*lamps, lamps[0]]):
+        host = f"{sys.executable} {HERE / 'faulty_host.py'} swapped_channels"
+        arguments = ["--suite", str(tmp_path), "--json", *map(str, bundles)]
+        cli.main(["run", "--host", host, *arguments])
+        report = json.loads(capsys.readouterr().out)
+        counts.append(report["groups"]["appearance"])
+        vectors = {failure["vector"] for failure in report["failures"]}
+        assert len(vectors) == len(report["failures"]) > 0
+    first, second, both, twice = counts
+    assert both == twice == {key: first[key] + second[key] for key in first}

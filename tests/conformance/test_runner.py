@@ -7,6 +7,7 @@ import re
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,7 @@ from purelight_conformance.client import HostError
 from purelight_conformance.suite import Suite
 from purelight_conformance.text import to_text
 from purelight_format.errors import PureLightError
+from purelight_onnx import conformance_host
 
 BROKEN = Path(__file__).with_name("broken_host.py")
 SPEC = Path(__file__).parents[2] / "spec/conformance.md"
@@ -36,6 +38,7 @@ def broken(way: str) -> list[str]:
     [
         ("ends_badly", "ended with exit code 3 at the end of its input, not 0"),
         ("never_ends", "did not end within 5 s"),
+        ("goodbye", "wrote more than its answers: b'so long, and thanks"),
     ],
 )
 def test_a_host_ends_well(way: str, words: str, frames: Suite) -> None:
@@ -54,6 +57,8 @@ def test_a_host_ends_well(way: str, words: str, frames: Suite) -> None:
         ("no_arrays", "must be an object"),
         ("no_base64", "no array of the protocol"),
         ("wrong_size", "no array of the protocol"),
+        ("negative_size", "no array of the protocol"),
+        ("no_size", "no array of the protocol"),
         ("wrong_type", "type must be"),
     ],
 )
@@ -72,6 +77,13 @@ def test_a_host_that_hangs_is_ended(frames: Suite) -> None:
     assert time.monotonic() - start < 15
 
 
+def test_a_child_that_outlives_its_host_is_ended_too(frames: Suite) -> None:
+    start = time.monotonic()
+    with pytest.raises(HostError, match=r"no answer to hello within 1 s.* flushed"):
+        runner.run(frames, ["sh", "-c", "sleep 60 & read request"], timeout=1.0)
+    assert time.monotonic() - start < 15
+
+
 @pytest.mark.parametrize(
     ("command", "words"),
     [
@@ -81,6 +93,7 @@ def test_a_host_that_hangs_is_ended(frames: Suite) -> None:
         (broken("dead"), "ended with code 3 at hello"),
         (broken("old"), "version '0.9'"),
         (broken("mute"), "does not list"),
+        (broken("unwilling"), "refused hello: no time"),
     ],
 )
 def test_a_host_that_does_not_start_is_an_error(
@@ -103,6 +116,28 @@ def test_a_wrong_answer_fails_the_whole_set(way: str, words: str, frames: Suite)
     report = runner.run(frames, broken(way), timeout=20)
     assert report.groups()["frames"]["failed"] == 64
     assert words in to_text(report)
+
+
+def test_a_refusal_is_shown_in_one_line_and_moves_no_cursor(frames: Suite) -> None:
+    report = runner.run(frames, broken("at_length"), timeout=20)
+    assert report.failures[0].what == "was refused: not today, ?[31mnor tomorrow"
+
+
+def test_a_bug_that_only_a_newer_suite_hunts_is_named(frames: Suite) -> None:
+    newer = tuple(replace(v, flags={"NEWER": [0]}) for v in frames.sets[:1])
+    report = runner.run(Suite(newer, {}), broken("refuses"), timeout=20)
+    assert "NEWER" in to_text(report)
+
+
+@pytest.mark.parametrize("timeout", ["0", "-1", "nan", "inf", "1e300"])
+def test_a_timeout_that_no_clock_knows_is_one_line(
+    timeout: str, folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    arguments = ["--suite", str(folder), "--timeout", timeout]
+    assert cli.main(["run", "--host", "true", *arguments]) == 2
+    error = capsys.readouterr().err
+    assert "--timeout" in error
+    assert error.count("\n") == 1
 
 
 def test_what_a_host_does_not_offer_is_shown_as_skipped(frames: Suite) -> None:
@@ -157,6 +192,48 @@ def test_the_example_of_the_specification_is_answered() -> None:
         np.testing.assert_array_equal(given[name], wanted[name])
     assert "nothing to evaluate" in reader["refused"]
     assert "x" in unknown["refused"]
+
+
+def test_a_malformed_request_is_refused_and_later_ones_are_answered() -> None:
+    host = [sys.executable, "-m", "purelight_onnx.conformance_host"]
+    axis = protocol.encode({"axis": np.eye(3)[:1]})
+    cap = protocol.encode({"point": np.eye(3)[:1]})
+    evaluate: dict[str, object] = {
+        "do": "evaluate", "operation": "cap", "parameters": {}, "inputs": cap,
+    }  # fmt: skip
+    malformed: list[dict[str, object]] = [
+        {"do": "hello", "protocol": "2.0"},
+        {"do": "open"},
+        {"do": "evaluate"},
+        evaluate,
+        {**evaluate, "parameters": {"bounding_sphere": {"center": [0, 0], "radius": 1}}},
+        {**evaluate, "parameters": {"bounding_sphere": {"center": [0, 0, 0], "radius": 0}}},
+        {**evaluate, "inputs": {}},
+        {**evaluate, "operation": "instance_radiance", "parameters": {"dimmer": -1}},
+        {**evaluate, "operation": "frame", "inputs": axis | cap},
+    ]
+    good: dict[str, object] = {**evaluate, "operation": "frame", "inputs": axis}
+    sent = b"".join(protocol.dumps({"id": k, **r}) for k, r in enumerate([*malformed, good]))
+    result = subprocess.run(host, input=sent, capture_output=True, check=True, timeout=60)
+    *refused, last = map(json.loads, result.stdout.splitlines())
+    assert [answer["id"] for answer in refused] == list(range(len(malformed)))
+    assert all("\n" not in answer["refused"] for answer in refused)
+    assert "outputs" in last
+
+
+@pytest.mark.parametrize("line", [b"hello\n", b"[1]\n", b"\n"])
+def test_a_request_that_is_no_message_ends_a_host_with_one_line(line: bytes) -> None:
+    host = [sys.executable, "-m", "purelight_onnx.conformance_host"]
+    result = subprocess.run(host, input=line, capture_output=True, check=False, timeout=60)
+    assert (result.returncode, result.stdout) == (2, b"")
+    assert result.stderr.count(b"\n") == 1
+    assert b"no JSON" in result.stderr
+
+
+@pytest.mark.parametrize("dimmer", [-1, float("nan"), float("inf")])
+def test_a_dimmer_that_is_none_is_refused(dimmer: float) -> None:
+    with pytest.raises(PureLightError, match="dimmer must be"):
+        conformance_host._dimmer({"dimmer": dimmer})
 
 
 def test_arrays_survive_the_protocol() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import shutil
 import sys
@@ -213,6 +214,15 @@ def with_set(**fields: Any) -> Callable[[Any], None]:
         (with_set(inputs={"x": {"dtype": "<f4", "shape": [-1], "offset": 0}}), "damaged"),
         (with_set(inputs={"x": {"dtype": "<f4", "shape": [1 << 62, 4], "offset": 0}}), "damaged"),
         (lambda index: index.update(sets=[0]), "damaged"),
+        (lambda index: index["sets"].append(index["sets"][0]), "two sets have one id"),
+        (lambda index: index["bundles"].pop("wild"), "no bundle wild"),
+        (with_set(parameters=[1]), "no object"),
+        (with_set(parameters={"dimmer": math.nan}), "NaN is no number"),
+        (with_set(refusal="perhaps"), "refusal perhaps"),
+        (with_set(average=3), "damaged"),
+        (with_set(tolerances={}), "damaged"),
+        (with_set(flags={"GOLDEN": [[0, 1000]]}), "a vector that there is not"),
+        (with_set(outputs={"x": {"dtype": "<f8", "shape": [1, 3], "offset": 0}}), "does not fit"),
     ],
 )
 def test_a_suite_from_a_stranger_reaches_nothing_else(

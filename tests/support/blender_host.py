@@ -162,6 +162,7 @@ def objects() -> list[dict[str, Any]]:
             "size": list(thing.dimensions), "dimmer": thing.get("purelight_dimmer"),
             "state": thing.get("purelight_state"), "shadow": thing.visible_shadow,
             "energy": getattr(thing.data, "energy", None) if thing.type == "LIGHT" else None,
+            "color": list(thing.data.color) if thing.type == "LIGHT" else None,
         }
         for thing in bpy.data.objects
     ]  # fmt: skip
@@ -292,6 +293,48 @@ def collected(name: str, empty: str, location: Any) -> None:
     holder.instance_type, holder.instance_collection = "COLLECTION", inner
     holder.location = location
     scene.collection.objects.link(holder)
+
+
+def adopted(name: str, scale: float) -> None:
+    """Hangs an object on an empty that is scaled."""
+    import bpy
+
+    holder = bpy.data.objects.new("rig", None)
+    holder.scale = (scale,) * 3
+    bpy.context.scene.collection.objects.link(holder)
+    bpy.data.objects[name].parent = holder
+
+
+def refresh() -> list[str]:
+    """Presses the panel's button; returns FINISHED or the error that the user sees."""
+    import bpy
+
+    try:
+        return sorted(bpy.ops.object.purelight_refresh())
+    except RuntimeError as error:
+        return [str(error)]
+
+
+def linked(path: str, name: str) -> None:
+    """Puts an object of another file into the scene, as it is there."""
+    import bpy
+
+    with bpy.data.libraries.load(path, link=True) as (_, wanted):
+        wanted.objects = [name]
+    bpy.context.scene.collection.objects.link(bpy.data.objects[name])
+
+
+def forged(key: str, table: str) -> None:
+    """Writes other tables' names into the images and scripts."""
+    import bpy
+
+    for image in bpy.data.images:
+        if "purelight_tables" in image:
+            image["purelight_tables"] = key or image["purelight_tables"]
+    for group in bpy.data.node_groups:
+        for node in group.nodes:
+            if node.type == "SCRIPT":
+                node.inputs["Tables"].default_value = table
 
 
 def rename() -> None:

@@ -23,6 +23,7 @@ def appearance(spread: float = 1.0) -> bytes:
     x, y, _ = graph.columns((position - np.array(CENTRE)) * (1 / RADIUS))
     facing = graph.sum(normal * outgoing)
     level = 1.2 + spread * (x * 0.5 + y * graph.slice(outgoing, 0, 1) * 0.5)
+    level = graph.clip(level, 0.0, 10.0)  # Golden rays begin beyond the ball.
     graph.output("radiance", (level * (facing * 0.5 + 0.5)) * COLOUR)
     return graph.to_bytes()
 

@@ -16,6 +16,7 @@ from purelight_train import threads
 from purelight_train.presets import ANCHORS, PRESETS
 
 COMMAND = "purelight-train"
+SEEDS = 1 << 32  # what Mitsuba takes, and Torch once stages and steps are counted in
 LARGEST = 5e-3  # tolerance: half of what light may leave beside its surface
 
 
@@ -37,7 +38,7 @@ def _parser() -> command.Parser:
     )
     parser.add_argument("--mixed-precision", action="store_true",
                         help="train dense layers in bfloat16: for GPUs")  # fmt: skip
-    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--seed", type=_seed, default=0, help="of all random numbers")
     parser.add_argument("--early-stop", action="store_true",
                         help="end once the error on held-out light stops falling")  # fmt: skip
     parser.add_argument("--exit-surface", default="auto", metavar="WHERE",
@@ -55,7 +56,8 @@ def _parser() -> command.Parser:
                         help="write report.html into the run directory")  # fmt: skip
     parser.add_argument("--resume", action="store_true", help="continue an interrupted run")
     parser.add_argument("--device", choices=("auto", "cpu", "cuda"), default="auto")
-    parser.add_argument("--threads", type=int, default=os.cpu_count(), help="CPU threads")
+    parser.add_argument("--threads", type=threads.count, default=os.cpu_count() or 1,
+                        help="CPU threads")  # fmt: skip
     options.add(parser)
     return parser
 
@@ -68,6 +70,17 @@ def _tolerance(text: str) -> float:
         value = -1.0
     if not 0 <= value <= LARGEST:
         raise argparse.ArgumentTypeError(f"{text} is not between 0 and {LARGEST}")
+    return value
+
+
+def _seed(text: str) -> int:
+    """What seeds all random numbers."""
+    try:
+        value = int(text)
+    except ValueError:
+        value = -1
+    if not 0 <= value < SEEDS:
+        raise argparse.ArgumentTypeError(f"{text}: give a whole number from 0 to {SEEDS - 1}")
     return value
 
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from benchmarks.systems.protocol import System
-from benchmarks.systems.records import Records
+from benchmarks.systems.records import Record, Records
 from benchmarks.systems.report import claims, drawing, tables
 from benchmarks.systems.report.rows import rows
 from benchmarks.systems.report.series import Results
@@ -42,7 +42,7 @@ def write(folder: Path, systems: Sequence[System], publish: Path | None) -> str:
     results = Results(records)
     if not results.lamps and not any(r.failed for r in records):
         raise PureLightError(f"{folder}: no records yet; measure first, without --report")
-    remark = _remark(folder.name)
+    remark = f"{_remark(folder.name)} {_circumstances(records)}".strip()
     text, files = f"{remark}\n\n{_text(results, systems)}".lstrip(), _figures(folder, results)
     files |= {"results.csv": tables.rows_csv(records).encode(), "results.md": text.encode()}
     _save(folder / "report", results, systems, files, remark)
@@ -61,6 +61,24 @@ def _remark(scale: str) -> str:
     preset = SCALES[scale].preset
     what = f", which {REMARKS[preset]}" if preset in REMARKS else ""
     return f"Lamps were trained by the preset {preset}{what}."
+
+
+def _circumstances(records: Sequence[Record]) -> str:
+    """Threads that systems had, and whether all are those of one code; empty where not told."""
+    measured = [r for r in records if r.system]
+    threads = sorted({r.threads for r in measured if r.threads})
+    codes = {r.code for r in measured if r.code}
+    said = []
+    if len(threads) == 1:
+        said.append(f"Systems had {threads[0]} thread{'s' * (threads[0] > 1)}.")
+    elif threads:
+        numbers = ", ".join(str(n) for n in threads)
+        said.append(
+            f"Systems had different numbers of threads ({numbers}): seconds do not compare."
+        )
+    if len(codes) > 1:
+        said.append(f"Series were measured by {len(codes)} versions of the code.")
+    return " ".join(said)
 
 
 def _save(

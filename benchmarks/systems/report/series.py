@@ -20,12 +20,15 @@ class Step:
     """A system at one number of samples: means over the tasks of a kind.
 
     Arguments:
+        samples: their mean where a system does not draw just what it is asked for.
         figures: that all of them have.
+        tasks: which they are, sorted.
     """
 
     samples: int
     seconds: float
     figures: dict[str, float]
+    tasks: tuple[str, ...] = ()
 
 
 Timed = TypeVar("Timed", Step, Record)
@@ -72,15 +75,23 @@ class Results:
         return next((reason for reason in found if reason), "")
 
     def steps(self, lamp: str, system: str, kind: str) -> list[Step]:
-        """Errors at each number of samples that all tasks of a kind have."""
+        """Errors at each number of samples that all tasks of a kind have.
+
+        Counts of one step may differ, but not by a factor of two: some systems stop a little late.
+        """
         every = [r for p in PREFIXES[kind] for r in self.of(lamp, system, p)]
         records = [r for r in every if r.figure("relative_error") is not None]
-        tasks = {r.task for r in records}
-        return [
-            _mean([r for r in records if r.samples == count])
-            for count in sorted({r.samples for r in records})
-            if {r.task for r in records if r.samples == count} == tasks
-        ]
+        tasks = sorted({r.task for r in records})
+        found: list[list[Record]] = []
+        for count in sorted({r.samples for r in records}):
+            able = [[r for r in records if r.task == t and r.samples <= count] for t in tasks]
+            if not all(able):
+                continue
+            picks = [series[-1] for series in able]
+            new = not found or all(a is not b for a, b in zip(picks, found[-1], strict=True))
+            if new and count < 2 * min(r.samples for r in picks):
+                found.append(picks)
+        return [_mean(picks) for picks in found]
 
     def cost(self, lamp: str, system: str) -> tuple[float, float] | None:
         """Seconds of precomputation and stored megabytes."""
@@ -106,7 +117,9 @@ def _mean(records: list[Record]) -> Step:
     names = set.intersection(*({n for n in r.figures if r.figure(n) is not None} for r in records))
     count = len(records)
     figures = {n: sum(r.figure(n) or 0.0 for r in records) / count for n in names}
-    return Step(records[0].samples, sum(r.seconds for r in records) / count, figures)
+    samples = round(sum(r.samples for r in records) / count)
+    seconds = sum(r.seconds for r in records) / count
+    return Step(samples, seconds, figures, tuple(sorted(r.task for r in records)))
 
 
 def _unique(names: Iterable[str]) -> list[str]:
@@ -130,8 +143,8 @@ def reach(steps: Sequence[Step], error: float, name: str = "relative_error") -> 
     """Where a series comes down to an error, log-log between its steps.
 
     Before the first step it is that step's samples: so many were enough. Past the end, a mean
-    square error of pure noise falls as 1 / samples: where the last half did not fall (bias), or
-    without steps, None.
+    square error of pure noise falls as 1 / samples: where it has not fallen from the first step to
+    the last (bias), or without steps, None.
     """
     known = [s for s in steps if s.figures.get(name, 0) > 0]
     if not known or error <= 0:

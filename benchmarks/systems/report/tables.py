@@ -161,6 +161,8 @@ def _reason(results: Results, lamp: str, name: str, system: System | None, kind:
     if system is not None and kind not in system.answers:
         return f"{name}: cannot show {kind}. {system.label}"
     failed = results.reason(lamp, name, PREFIXES[kind])
+    if not failed and not any(results.of(lamp, name, prefix) for prefix in PREFIXES[kind]):
+        return f"{lamp}, {name}: {kind} was not measured"
     return f"{lamp}, {name}: {kind} failed: {failed}" if failed else ""
 
 
@@ -175,7 +177,7 @@ def rows_csv(records: Sequence[Record]) -> str:
     )
     head = (
         "lamp", "system", "task", "kind", "samples", "seconds", "clock", "warm_up", "memory",
-        "precompute_seconds", "stored_megabytes",
+        "precompute_seconds", "stored_megabytes", "threads",
     )  # fmt: skip
     buffer = io.StringIO()
     writer = csv.writer(buffer, lineterminator="\n")
@@ -186,7 +188,7 @@ def rows_csv(records: Sequence[Record]) -> str:
         cost = [r.cost.get("seconds"), r.cost.get("megabytes")]
         row = (
             r.lamp, r.system, r.task, r.kind, r.samples, r.seconds, r.clock, r.warm_up, r.memory,
-            *cost,
+            *cost, r.threads or None,
         )  # fmt: skip
         writer.writerow([_short(v) for v in (*row, *(r.figures.get(n) for n in names), r.failed)])
     return buffer.getvalue()

@@ -9,13 +9,24 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from benchmarks.systems.own.purelight import TRAINING
+from benchmarks.systems.protocol import Subject
 from purelight_format import atomic
 
 
-def light_seconds(run: Path) -> float:
-    """Seconds in which a run's light was traced."""
-    metrics = json.loads((run / "metrics.json").read_text())
-    return float(metrics["seconds"].get("light", 0.0))
+def stage_seconds(subject: Subject) -> dict[str, float]:
+    """Seconds of the processor by stage of the subject's own training.
+
+    A run tells its stages by the clock, which other work on the machine stretches; the seconds of
+    the processor are known of the whole command (`own.purelight.TRAINING`) and shared out.
+    """
+    stages = json.loads((subject.run / "metrics.json").read_text())["seconds"]
+    told = subject.bundle.with_name(TRAINING)
+    whole, total = sum(stages.values()), 0.0
+    if told.is_file():
+        total = float(json.loads(told.read_text()).get("training", 0.0))
+    share = total / whole if whole > 0 and total > 0 else 1.0
+    return {name: share * float(seconds) for name, seconds in stages.items()}
 
 
 def megabytes(files: Iterable[Path]) -> float:

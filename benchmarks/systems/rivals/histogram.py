@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import json
 import shutil
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from benchmarks.systems.protocol import Cost, Subject
-from benchmarks.systems.rivals.accounts import Account
+from benchmarks.systems.rivals.accounts import Account, stage_seconds
 from benchmarks.systems.rivals.neural import BUNDLE, BundleSystem
 from purelight_format.errors import PureLightError
 
@@ -33,7 +32,7 @@ class Histogram(BundleSystem):
     def prepare(self, subject: Subject, folder: Path) -> Cost:
         """Train the histogram; our own networks are there."""
         own = super().prepare(subject, folder)
-        told = json.loads((subject.run / "metrics.json").read_text())["seconds"]
+        told = stage_seconds(subject)
         ours = sum(seconds for name, seconds in told.items() if name not in REPLACED)
         return Cost(own.seconds + ours, own.megabytes, {**own.parts, "ours": ours})
 

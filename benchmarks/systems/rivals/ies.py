@@ -11,7 +11,7 @@ import numpy as np
 
 from benchmarks.systems.in_mitsuba import MitsubaSystem
 from benchmarks.systems.protocol import Cost, Subject
-from benchmarks.systems.rivals.accounts import light_seconds, megabytes
+from benchmarks.systems.rivals.accounts import megabytes, stage_seconds
 from benchmarks.systems.rivals.xml import file_emitter, stock
 from purelight_examples.scenes.lamp_choice import LampChoice, Point
 from purelight_format.bundle import Bundle
@@ -67,7 +67,7 @@ class Ies(MitsubaSystem):
             raise PureLightError(f"{source}: no such file; purelight-export writes it")
         folder.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(source, folder / "lamp.ies")
-        traced = light_seconds(subject.run)
+        traced = stage_seconds(subject).get("light", 0.0)
         return Cost(traced, megabytes([folder / "lamp.ies"]), {"light": traced})
 
     def lamp(self, subject: Subject, folder: Path) -> LampChoice:

@@ -83,16 +83,18 @@ def rendered(
     if scene.shapes():
         raise PureLightError("teacher: the task has more in it than the lamp")
     training = taught(subject, folder, Account(where))
-    rng, done, seconds = np.random.default_rng([seed, 7]), 0, 0.0
+    rng, done, seconds, processor = np.random.default_rng([seed, 7]), 0, 0.0, 0.0
     _look(training, scene, subject.centre, rng)  # builds the photon map
     total: Image = np.zeros(())
     warm_up = time.perf_counter() - start
     for count in samples:
-        start = time.perf_counter()
+        start, begun = time.perf_counter(), time.process_time()
         while done < count:
             total, done = total + _look(training, scene, subject.centre, rng), done + 1
         seconds += time.perf_counter() - start
-        yield Frame(total / done, done, seconds, warm_up, isolated.peak_megabytes())
+        processor += time.process_time() - begun
+        memory = isolated.peak_megabytes()
+        yield Frame(total / done, done, seconds, warm_up, memory, processor)
 
 
 def _look(training: Any, scene: Any, centre: Point, rng: np.random.Generator) -> Image:

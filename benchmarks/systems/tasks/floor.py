@@ -72,13 +72,15 @@ class Floor(JudgedTask):
 
 
 def cells(side: float) -> int:
-    """Cells along the side of a square floor in m: spacing p = 0.2 · 5^log10(side), 10 m at most.
+    """Cells along the side of a square floor in m: the whole number nearest to side / p.
 
-    >>> cells(10.0), cells(2.0)
-    (10, 7)
+    p = 0.2 · 5^log10(side), 10 m at most.
+
+    >>> cells(10.0), cells(2.0), cells(5.0)
+    (10, 6, 8)
     """
     spacing = min(0.2 * 5 ** math.log10(side), MOST)
-    return math.ceil(side / spacing - 1e-9)
+    return max(math.floor(side / spacing + 0.5), 1)
 
 
 def lux(image: Image, pixels: int) -> NDArray[np.float64]:

@@ -54,14 +54,14 @@ class Roughness(JudgedTask):
     def figures(self, subject: Subject, picture: Picture, truth: Truth) -> Figures:
         """By strip: relative error of its mean radiance, and that mean's standard error.
 
-        The latter is of both pictures together.
+        The latter is of both pictures together, the channels of a pixel taken to vary together.
         """
         rows: Figures = {"alpha": list(ALPHAS), "bias": [], "bias_noise": []}
         strip = self.strips()
         for index in range(len(ALPHAS)):
             own = (strip == index) & truth.mask
             true = float(truth.picture.image[own].mean())
-            error = [np.sqrt((p.error[own] ** 2).sum()) / p.error[own].size
+            error = [np.sqrt((p.error[own].sum(-1) ** 2).sum()) / p.error[own].size
                      for p in (picture, truth.picture)]  # fmt: skip
             lit = true > 0
             rows["bias"].append(float(picture.image[own].mean() / true - 1) if lit else None)

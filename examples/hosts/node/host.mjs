@@ -21,7 +21,9 @@ let lamp = new Lamp();
 async function answer(request) {
   switch (request.do) {
     case "hello":
-      return GREETING;
+      return String(request.protocol).split(".")[0] === "1"
+        ? GREETING
+        : refuse(`version ${request.protocol} of the protocol is not spoken here`);
     case "open":
       lamp = new Lamp(); // Also if the next one is refused.
       lamp = await Lamp.open(request.bundle);

@@ -9,6 +9,7 @@ const HERE = [
   [0, 0, 1, 0],
   [0, 0, 0, 1],
 ];
+const STRAIGHT = 1e-8; // What its last row may differ.
 const UNEVEN = 1e-4; // What a transform may differ from a rotation and a uniform scale.
 
 export class Placement {
@@ -19,7 +20,7 @@ export class Placement {
     if (!(volume > 0)) {
       refuse("to_world mirrors or flattens the lamp");
     }
-    if (difference(matrix[3].slice(0, 3), [0, 0, 0]).some((x) => x !== 0) || matrix[3][3] !== 1) {
+    if (!matrix[3].every((x, k) => Math.abs(x - HERE[3][k]) <= STRAIGHT)) {
       refuse("to_world projects");
     }
     this.dimmer = dimmer;

@@ -21,7 +21,7 @@ def readme(about: Mapping[str, Any], title: str, pages: tuple[str, str, str], su
     known = {
         "title": title, "digest": about["bundle"], "prefix": about["prefix"], "suffix": suffix,
         "functions": "\n".join(_functions(about)), "float_fours": about["floats"]["fours"],
-        "integers": _integers(about["integers"]["fours"]), **about["surface"],
+        "held": _held(about), "struct": about["prefix"].title(), **about["surface"],
         **{key: about["selftest"][key] for key in ("rows", "inputs", "outputs")},
     }  # fmt: skip
     keys = ("calling", "test", "buffers")
@@ -33,8 +33,18 @@ def _filled(name: str, known: Mapping[str, Any]) -> str:
     return Template(page(name)).substitute(known).rstrip("\n") + "\n"
 
 
-def _integers(fours: int) -> str:
-    return f"; `integers.bin` those that are no floats, as int32 ({fours})" if fours else ""
+def _held(about: Mapping[str, Any]) -> str:
+    """What the buffers hold; a small lamp has none."""
+    floats, integers = about["floats"]["fours"], about["integers"]["fours"]
+    texts = []
+    if floats:
+        held = "weights, tables and other constants of all networks as float32 in fours"
+        texts.append(f"`floats.bin` holds {held}\n({floats} of them)")
+    if integers:
+        texts.append(f"`integers.bin` holds those that are no floats, as int32 ({integers})")
+    if not texts:
+        return "This lamp has none: all of its constants stand in the code."
+    return "; ".join(texts) + ". The code knows what lies where."
 
 
 def _functions(about: Mapping[str, Any]) -> list[str]:

@@ -87,6 +87,7 @@ class Target:
         store: makes what takes the constants.
         elements: numbers that the arrays of a function may have, all together.
         has_long: whether it has integers of 64 bits.
+        reserved: prefixes with which names would be the language's own.
     """
 
     title: str
@@ -97,6 +98,7 @@ class Target:
     store: Callable[[], Store] = Store
     elements: int = ELEMENTS
     has_long: bool = True
+    reserved: frozenset[str] = frozenset()
 
 
 def _with_buffers(code: dict[str, str], made: Made, *, textures: bool = False) -> Files:
@@ -148,16 +150,22 @@ def _osl(made: Made) -> Files:
 PAGE = "test_page.md.in"
 TARGETS = {
     "slang": Target("Slang", _slang, "slang.md.in"),
-    "glsl": Target("GLSL 4.50 (Vulkan)", _compiled("glsl"), "glsl.md.in"),
-    "webgl": Target("GLSL ES 3.00 (WebGL 2)", _webgl, "webgl.md.in", PAGE, has_long=False),
+    "glsl": Target(
+        "GLSL 4.50 (Vulkan)", _compiled("glsl"), "glsl.md.in", reserved=frozenset({"gl"})
+    ),
+    "webgl": Target(
+        "GLSL ES 3.00 (WebGL 2)", _webgl, "webgl.md.in", PAGE, has_long=False,
+        reserved=frozenset({"gl", "webgl"}),
+    ),
     "wgsl": Target(
         "WGSL (WebGPU)", _wgsl, "wgsl.md.in", PAGE, store=partial(Store, 0), has_long=False
     ),
     "hlsl": Target("HLSL", _compiled("hlsl"), "hlsl.md.in"),
     "metal": Target("Metal", _compiled("metal"), "metal.md.in"),
-    "cuda": Target("CUDA", _compiled("cuda"), "cuda.md.in"),
+    "cuda": Target("CUDA", _compiled("cuda"), "cuda.md.in", "test_cuda.md.in"),
     "cpp": Target("C++", _cpp, "cpp.md.in", "test_program.md.in", elements=cpp.ELEMENTS),
     "osl": Target(
-        "OSL", _osl, "osl.md.in", "test_osl.md.in", "buffers_osl.md.in", osl.store, has_long=False
+        "OSL", _osl, "osl.md.in", "test_osl.md.in", "buffers_osl.md.in", osl.store, has_long=False,
+        reserved=osl.WORDS,
     ),
-}
+}  # fmt: skip

@@ -15,21 +15,25 @@ int @_modulo(int a, int b)
     return a < 0 ? b - 1 - rest : rest;
 }""",
     "quotient": "int @_quotient(int a, int b) { return a < 0 ? -(-a / b) : a / b; }",
-    # The quotient may be rounded up to a whole number.
+    # The quotient may be rounded up to a whole number, and by more than one where it is vast.
     "rest": """\
 float @_rest(float a, float b)
 {
     float rest = a - b * trunc(a / b);
-    return rest * a < 0.0 ? rest + (a < 0.0 ? -abs(b) : abs(b)) : rest;
+    float found = rest * a < 0.0 ? rest + (a < 0.0 ? -abs(b) : abs(b)) : rest;
+    return abs(found) > abs(b) ? 0.0 : found;
 }""",
     "sign": "float @_sign(float x) { return x > 0.0 ? 1.0 : (x < 0.0 ? -1.0 : 0.0); }",
     "sign_int": "int @_sign_int(int x) { return x > 0 ? 1 : (x < 0 ? -1 : 0); }",
     # Quarter turns in three parts, of which the first two have few digits and multiply exactly.
+    # What is left is bounded: of vast angles it has no digit that is right, and a sine must stay
+    # within one all the same.
     "sine_of_quarter": """\
 float @_sine_of_quarter(float x, float ahead)
 {
     float n = floor(x * 0.636619772 + 0.5);
-    float r = ((x - n * 1.5703125) - n * 0.000483751297) - n * 7.54978995e-08;
+    float left = ((x - n * 1.5703125) - n * 0.000483751297) - n * 7.54978995e-08;
+    float r = left > 0.8 ? 0.8 : (left < -0.8 ? -0.8 : left);
     float quarter = n + ahead - 4.0 * floor((n + ahead) * 0.25);
     float z = r * r;
     float sine = r + r * z * (-0.166666667 + z * (0.00833333333 + z * (-0.000198412698

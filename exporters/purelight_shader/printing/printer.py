@@ -225,9 +225,13 @@ def total(*terms: tuple[int, str | int]) -> str:
     return " + ".join(texts) or "0"
 
 
-def called(text: str, functions: Mapping[str, str]) -> set[str]:
-    """Names of ours that a text calls, as `@_name(...)`, those inside the functions too."""
-    found = set(re.findall(r"@_(\w+)\(", text))
+def called(text: str, prefix: str, functions: Mapping[str, str]) -> set[str]:
+    """Names of ours that a text calls behind a prefix, those inside the functions too.
+
+    Arguments:
+        functions: by name; `@` stands for the prefix in them.
+    """
+    found = set(re.findall(rf"\b{prefix}_(\w+)\(", text))
     while True:
         inner = [functions[name] for name in found & functions.keys()]
         more = {name for body in inner for name in re.findall(r"@_(\w+)\(", body)}

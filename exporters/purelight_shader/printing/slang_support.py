@@ -82,7 +82,7 @@ def support(texts: Iterable[str], prefix: str, width: int) -> str:
         prefix: what all names of the lamp begin with.
         width: of textures that stand for buffers, a power of two.
     """
-    needed = called("\n".join(texts).replace(f"{prefix}_", "@_"), FUNCTIONS)
+    needed = called("\n".join(texts), prefix, FUNCTIONS)
     parts = [BUFFERS] if "four" in needed else []
     parts += [INTEGERS] if "four_integers" in needed else []
     parts += [text for name, text in FUNCTIONS.items() if name in needed]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
@@ -21,6 +22,14 @@ from purelight_shader.translation import Translation, function
 WRITTEN, ROOM = 1 << 14, 1 << 16  # Elements of a constant, and of all, that stand in the code.
 WIDTH, MOST_ROWS = 1024, 1 << 14  # Of the texture, in texels.
 TABLES = "tables.exr"
+# The shader is called by the prefix alone, which must be none of these.
+WORDS = frozenset(re.findall(r"\w+", """
+    and bool break case catch char class closure color const continue default delete displacement do
+    double else emit enum extern false float for friend goto if illuminance illuminate inline int
+    light long matrix new normal not operator or output point private protected public return
+    selftest shader short signed sizeof static string struct surface switch template this throw true
+    try typedef uniform union unsigned varying vector virtual void volatile volume while
+"""))  # fmt: skip
 TRANSMITTANCE = """\
     ${prefix}_transmittance(Tables, place, side, leaving, found);
     Transmittance = color(found[0], found[1], found[2]);"""
@@ -64,7 +73,7 @@ def _names(programs: dict[str, Program], prefix: str) -> dict[str, str]:
 
 
 def _support(texts: list[str], prefix: str, held: Store) -> str:
-    needed = called("\n".join(texts).replace(f"{prefix}_", "@_"), FUNCTIONS)
+    needed = called("\n".join(texts), prefix, FUNCTIONS)
     joined = "\n".join(text for name, text in FUNCTIONS.items() if name in needed)
     sized = joined.replace("$WIDTH$", str(WIDTH)).replace("$ROWS$", str(_rows(held)))
     return sized.replace("@", prefix) + "\n"

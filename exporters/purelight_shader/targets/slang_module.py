@@ -24,6 +24,7 @@ class Module:
         functions: by network.
         names: all that a host may call or bind, which no compiler must rename.
         elements: of the arrays that the largest function has.
+        prefix: what all names begin with.
     """
 
     text: str
@@ -32,6 +33,7 @@ class Module:
     functions: dict[str, str]
     names: tuple[str, ...]
     elements: int
+    prefix: str
 
 
 def module(
@@ -55,7 +57,7 @@ def module(
     written = {order: held for printer in printers for order, held in printer.written.items()}
     parts = [head, support(texts, prefix, TEXTURE_WIDTH), declarations(written, prefix), *texts]
     elements = max(printer.plan.elements for printer in printers)
-    return Module("\n".join(parts), *_kernels(printers), functions, tuple(public), elements)
+    return Module("\n".join(parts), *_kernels(printers), functions, tuple(public), elements, prefix)
 
 
 def inputs(programs: Mapping[str, Program]) -> int:

@@ -29,7 +29,7 @@ def refresh() -> list[str]:
         except PureLightError as error:
             failures.append(str(error))
             continue
-        if group.library is None and script.inputs["Tables"].default_value != path:
+        if script.inputs["Tables"].default_value != path:  # Of a linked lamp for this session.
             script.inputs["Tables"].default_value = path
     for scene in bpy.data.scenes:
         if scene.library is None:

@@ -55,16 +55,20 @@ def _new(thing: Any) -> Any:
 
 
 def _drive(light: Any, thing: Any, flux: np.ndarray) -> None:
-    """Power and colour follow the dimmer, the tint and the scale of the lamp."""
+    """Power and colour follow the dimmer, the tint and the scale of the lamp in the world."""
     power = float(flux.max())
+    share = flux / power if power > 0 else np.zeros(3)  # A black lamp has a black light.
     driver = light.driver_add("energy").driver
     _variable(driver, "dimmer", thing, f'["{DIMMER}"]')
-    _variable(driver, "scale", thing, "scale[0]")
+    size = driver.variables.new()
+    size.name, size.type = "scale", "TRANSFORMS"
+    size.targets[0].id, size.targets[0].transform_type = thing, "SCALE_AVG"
+    size.targets[0].transform_space = "WORLD_SPACE"
     driver.expression = f"{power!r} * dimmer * scale * scale"
     for channel in range(3):
         driver = light.driver_add("color", channel).driver
         _variable(driver, "tint", thing, f'["{TINT}"][{channel}]')
-        driver.expression = f"{float(flux[channel] / power)!r} * tint"
+        driver.expression = f"{float(share[channel])!r} * tint"
 
 
 def _variable(driver: Any, name: str, thing: Any, path: str) -> None:

@@ -49,8 +49,10 @@ class IMPORT_SCENE_OT_plux(bpy.types.Operator, ImportHelper):  # noqa: N801
         return set(ImportHelper.invoke(self, context, event))
 
     def _paths(self) -> list[Path]:
-        named = [Path(self.directory) / file.name for file in self.files if file.name]
-        return named or [Path(self.filepath)]
+        """Absolute: beside the .blend where they begin with //, as Blender says it."""
+        folder = Path(bpy.path.abspath(self.directory))
+        named = [folder / file.name for file in self.files if file.name]
+        return named or [Path(bpy.path.abspath(self.filepath))]
 
     def _place(self, context: Any, found: list[lamp.Lamp]) -> list[Any]:
         before = scene.Cleaner()

@@ -22,11 +22,16 @@ def is_lamp(thing: Any) -> bool:
 
 
 def lamps(scene: Any) -> list[Any]:
-    """The lamps of a scene, those in instanced collections too."""
-    found = dict.fromkeys(filter(is_lamp, scene.objects))
-    inner = (o.instance_collection for o in scene.objects if o.instance_collection)
-    for collection in inner:
-        found.update(dict.fromkeys(filter(is_lamp, collection.all_objects)))
+    """The lamps of a scene, those in instanced collections too, however deep."""
+    found: dict[Any, None] = {}
+    seen: set[Any] = set()
+    waiting = [scene.objects]
+    while waiting:
+        objects = list(waiting.pop())
+        found.update(dict.fromkeys(filter(is_lamp, objects)))
+        inner = {o.instance_collection for o in objects if o.instance_collection} - seen
+        seen |= inner
+        waiting += [collection.all_objects for collection in inner]
     return list(found)
 
 

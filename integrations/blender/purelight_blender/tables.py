@@ -6,6 +6,7 @@ digest; where it is missing, as on another machine, it is written anew from the 
 
 from __future__ import annotations
 
+import re
 import tempfile
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,7 @@ from purelight_format import atomic
 from purelight_format.errors import PureLightError
 
 KEY = "purelight_tables"  # Of the image: the digest of the lamp.
+DIGEST = re.compile("[0-9a-f]{64}")
 EXTENSION = "bl_ext."
 
 
@@ -56,9 +58,13 @@ def file_of(image: Any) -> Path:
     """The file that holds what the image holds, written if there is none.
 
     Raises:
-        PureLightError: If the image has lost its content, or the file cannot be written.
+        PureLightError: If the image has lost its content or its lamp's digest, or the file cannot
+            be written.
     """
-    path = folder() / f"{image[KEY]}.exr"
+    digest = str(image[KEY])
+    if not DIGEST.fullmatch(digest):  # A stranger's .blend must not name a place to write to.
+        raise PureLightError(f"{image.name}: not the tables of a lamp; import the lamp again")
+    path = folder() / f"{digest}.exr"
     held = image.packed_file
     if path.exists() and (held is None or path.stat().st_size == held.size):
         return path

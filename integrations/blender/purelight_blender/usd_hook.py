@@ -64,9 +64,10 @@ class Places:
     objects: Mapping[str, Any]
     _lamps: dict[Path, lamp.Lamp] = field(default_factory=dict)
     _done: set[str] = field(default_factory=set)
+    _taken: set[str] = field(default_factory=set)
 
     def put(self, prim: LuminairePrim) -> None:
-        """Adds a lamp, once for a prototype, and takes its stand-in away.
+        """Adds a lamp, once for a prototype, and takes its stand-ins away.
 
         Raises:
             PureLightError: If the bundle is missing, not valid or another one, or the lamp is
@@ -74,20 +75,33 @@ class Places:
         """
         Placement.of(prim.to_world, "the lamp")
         one = self._read(prim)
-        own = self.objects.get(prim.path)
-        stand_ins = list(self._stand_ins(prim))
-        if own is not None and own.instance_collection is None:
-            self._add(one, own.users_collection, own, None, prim.dimmer)
-        else:
-            if own is not None:
-                own[DIMMER] = prim.dimmer  # Of the instance; that of the prototype is 1.
-            for path, light in stand_ins:
-                if path not in self._done:
-                    self._add(one, light.users_collection, light.parent, self._frame(path, light))
-        for path, light in stand_ins:
-            if path not in self._done:
-                self._done.add(path)
-                bpy.data.lights.remove(light.data)
+        home = self.stage.GetPrimAtPath(prim.path)
+        if home.IsInstanceProxy():  # Blender has made what is in instances once, as prototypes.
+            home = home.GetPrimInPrototype()
+            if home.IsInstance() and prim.dimmer != 1:
+                _tell(f"{prim.path}: its dimmer, of an instance in an instance, counts as 1")
+        inner = str((home.GetPrototype() if home.IsInstance() else home).GetPath())
+        own, stand_ins = self.objects.get(str(home.GetPath())), dict(self._stand_ins(prim, inner))
+        if own is not None and own.instance_collection is not None:
+            own[DIMMER] = prim.dimmer  # Of the instance; that of the prototype is 1.
+        if inner not in self._done:
+            if own is not None and own.instance_collection is None:
+                self._add(one, own.users_collection, own, None, prim.dimmer)
+            elif stand_ins:
+                path, beside = next(iter(stand_ins.items()))
+                frame, dimmer = self._frame(path, beside), prim.dimmer if own is None else 1.0
+                self._add(one, beside.users_collection, beside.parent, frame, dimmer)
+            elif own is not None:
+                self._add(one, [own.instance_collection], None, None)
+            else:
+                raise PureLightError("Blender has imported nothing that shows its place")
+            self._done.add(inner)
+        for path, thing in stand_ins.items():
+            self._taken.add(path)
+            data = thing.data
+            bpy.data.objects.remove(thing)
+            if not data.users:
+                bpy.data.batch_remove([data])
 
     def _add(
         self, one: lamp.Lamp, collections: Any, parent: Any, frame: Any, dimmer: float = 1.0
@@ -117,15 +131,18 @@ class Places:
             )
         return found
 
-    def _stand_ins(self, prim: LuminairePrim) -> Iterator[tuple[str, Any]]:
-        """Paths and objects of the fallback lights, those of a prototype for an instance."""
-        about = self.stage.GetPrimAtPath(prim.path)
-        inner = str(about.GetPrototype().GetPath()) if about.IsInstance() else prim.path
-        for fallback in prim.fallback:
-            path = inner + fallback[len(prim.path) :]
-            light = None if path in self._done else self.objects.get(path)
-            if light is not None and light.type == "LIGHT":
-                yield path, light
+    def _stand_ins(self, prim: LuminairePrim, inner: str) -> Iterator[tuple[str, Any]]:
+        """Paths and objects of the fallback lights and the likeness of the exit surface.
+
+        Arguments:
+            inner: path of the prim, or of the prototype that it is an instance of.
+        """
+        for kind, shown in (("LIGHT", prim.fallback), ("MESH", prim.exit_surface)):
+            for stand_in in shown:
+                path = inner + stand_in[len(prim.path) :]
+                thing = None if path in self._taken else self.objects.get(path)
+                if thing is not None and thing.type == kind:
+                    yield path, thing
 
     def _frame(self, path: str, light: Any) -> Any:
         """The lamp's own frame, beside its stand-in: in that of the stand-in's parent."""

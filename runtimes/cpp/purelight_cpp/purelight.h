@@ -5,7 +5,9 @@
 // W/(m2 sr) per linear Rec.709 channel; `Instance` brings them to the world. Everything that is
 // const may be called from several threads at once.
 
-#pragma once
+// No `#pragma once`: every lamp's folder has a copy, and a program may include several.
+#ifndef PURELIGHT_H
+#define PURELIGHT_H
 
 #include <algorithm>
 #include <array>
@@ -232,6 +234,17 @@ std::vector<T> read_numbers(const std::string& path, std::size_t count)
     std::vector<T> numbers(count);
     if (count) std::memcpy(numbers.data(), bytes.data(), bytes.size());
     return numbers;
+}
+
+// Refuses a folder that was written of another bundle than the code: sizes alone may agree. Buffers
+// that lie somewhere without their lamp.json are taken as they are.
+inline void require_bundle(const std::string& folder, const std::string& digest)
+{
+    const std::string path = folder + "/lamp.json";
+    if (!std::ifstream(path, std::ios::binary)) return;
+    const std::vector<char> text = read_bytes(path);
+    if (std::search(text.begin(), text.end(), digest.begin(), digest.end()) == text.end())
+        throw Error(path + ": is of another lamp than this code; compile the code beside it");
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -538,3 +551,5 @@ private:
 };
 
 }  // namespace purelight
+
+#endif  // PURELIGHT_H

@@ -22,6 +22,8 @@ from purelight_onnx.picture import write_exr
 from purelight_onnx.viewer import render
 
 COMMAND = "purelight-view"
+BRIGHTEST = 1e30  # Far below where float32 ends, so that sums of it stay finite.
+STOPS = 100
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -56,9 +58,14 @@ def view(options: argparse.Namespace) -> int:
         raise PureLightError(f"{options.output}: the picture's name must end in .exr")
     if not 1 <= options.spp <= 65536 or options.seed < 0:
         raise PureLightError("--spp must be 1 to 65,536 and --seed at least 0")
-    if not all(map(math.isfinite, [*options.background, options.exposure or 0.0])):
-        raise PureLightError("--background and --exposure must be finite")
-    atomic.check_file(options.output)
+    if not all(0 <= level <= BRIGHTEST for level in options.background):
+        raise PureLightError(f"--background must be 0 to {BRIGHTEST:g} W/(m2 sr)")
+    if not abs(options.exposure or 0.0) <= STOPS:
+        raise PureLightError(f"--exposure must be -{STOPS} to {STOPS} stops")
+    if not math.isfinite(options.azimuth):
+        raise PureLightError("--azimuth must be a finite number of degrees")
+    for path in (options.output, options.output.with_suffix(".png")):
+        atomic.check_file(path)
     luminaire = Luminaire.open(options.bundle, threads=options.threads)
     camera = Camera.orbit(
         luminaire.manifest.bounding_sphere,

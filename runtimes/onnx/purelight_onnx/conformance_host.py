@@ -132,7 +132,10 @@ def _placement(given: Parameters) -> Placement:
 
 
 def _dimmer(given: Parameters) -> float:
-    return float(given.get("dimmer", 1.0))
+    dimmer = float(given.get("dimmer", 1.0))
+    if not 0 <= dimmer < np.inf:
+        raise PureLightError(f"dimmer must be at least 0 and finite, not {dimmer:g}")
+    return dimmer
 
 
 def _brought(

@@ -11,6 +11,8 @@ from trimesh.ray.ray_pyembree import RayMeshIntersector
 from purelight_format.measures import BoundingSphere
 from purelight_format.members.surface import Surface
 
+NEAR = 2.0  # Radii before the point nearest the centre at which far rays begin.
+
 
 @dataclass(frozen=True)
 class Hits:
@@ -52,6 +54,9 @@ class ExitSurface:
     def intersect(self, origin: np.ndarray, direction: np.ndarray) -> Hits:
         """First hits of rays: origins in metres and unit directions, [N, 3] each."""
         start = (origin - self.centre) / self.radius
+        # Embree has float32, in which a far origin would put the hit beside the triangle.
+        way = np.maximum(-(start * direction).sum(1, keepdims=True) - NEAR, 0)
+        start = start + way * direction
         triangle = self._embree.intersects_first(start, direction)
         ray = np.flatnonzero(triangle >= 0)
         triangle, start, direction = triangle[ray], start[ray], direction[ray]

@@ -21,7 +21,7 @@ from purelight_format.measures import (
     draw_from_map,
     light_estimate,
 )
-from purelight_onnx.luminaire import Luminaire
+from purelight_onnx.luminaire import UNIT_TOLERANCE, Luminaire
 
 BY_AREA = 0.2  # Part of the points drawn by area, so that no triangle with radiance is missed.
 CHUNK = 1 << 12
@@ -52,7 +52,8 @@ def irradiance(
         [N, 3] or [3] in W/m² per linear Rec.709 channel.
 
     Raises:
-        PureLightError: The bundle lacks a network, or an argument has another shape.
+        PureLightError: The bundle lacks a network, or an argument has another shape, is not
+            finite, or is a normal of another length than 1.
     """
     if mode not in ("accurate", "fast"):
         raise PureLightError(f"mode {mode} is neither accurate nor fast")
@@ -63,6 +64,10 @@ def irradiance(
         raise PureLightError(
             f"point and normal must both be [N, 3], not {points.shape} and {normals.shape}"
         )
+    if not np.isfinite(points).all():
+        raise PureLightError("point must be finite")
+    if not (np.abs(np.linalg.norm(normals, axis=1) - 1) <= UNIT_TOLERANCE).all():
+        raise PureLightError("normal must have unit length")
     rng, light = np.random.default_rng(seed), np.empty_like(points)
     outside = _outside(luminaire, points)
     for row in range(len(points)):

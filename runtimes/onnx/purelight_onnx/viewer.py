@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from purelight_format.camera import Camera
-from purelight_format.errors import SpoiltWarning
+from purelight_format.errors import PureLightError, SpoiltWarning
 from purelight_onnx.luminaire import Luminaire
 
 RAYS = 1 << 16
@@ -34,7 +34,12 @@ def render(
 
     Returns:
         [size, size, 3] linear Rec.709 in W/(m² sr), rows from the top.
+
+    Raises:
+        PureLightError: If `samples` is below 1, or a network cannot be loaded.
     """
+    if samples < 1:
+        raise PureLightError(f"samples must be at least 1, not {samples}")
     behind = np.asarray(background, np.float64)
     rng = np.random.default_rng(seed)
     image, spoilt = np.zeros((camera.size**2, 3)), 0

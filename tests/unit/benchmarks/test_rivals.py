@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import types
 import xml.etree.ElementTree as ET
 from pathlib import Path
 from typing import Any
@@ -83,6 +84,17 @@ def test_ies_light(exported: Subject, tmp_path: Path) -> None:
     ratio, rms = error(picture(system, exported, folder, 16))
     assert np.abs(ratio - 1).max() < 0.01
     assert rms < 0.05
+
+
+def test_what_a_rival_has_of_our_training_is_told_by_the_processor(
+    exported: Subject, tmp_path: Path
+) -> None:
+    """Stages of a run are told by the clock, which a busy machine stretches."""
+    stages = {"light": 12.5, "student": 30.0, "sampler": 7.5}
+    (exported.run / "metrics.json").write_text(json.dumps({"seconds": stages}))
+    told = {"training": 25.0, "export": 3.0}
+    exported.bundle.with_name("training.json").write_text(json.dumps(told))
+    assert Ies().prepare(exported, tmp_path / "ies").seconds == pytest.approx(6.25)
 
 
 def test_ies_flux_grows_with_the_square_of_the_size(exported: Subject, tmp_path: Path) -> None:
@@ -256,6 +268,8 @@ def lux(subject: Subject, folder: Path, spp: int) -> NDArray[np.float64]:
     assert system.prepare(subject, folder).seconds == 0
     (frame,) = system.frames(subject, Floor(), folder, [spp], 0)
     assert frame.samples >= spp
+    assert frame.processor is not None  # what other work on the machine does not stretch
+    assert 0 < frame.processor < 2 * frame.seconds + 1
     return frame.image
 
 
@@ -263,6 +277,22 @@ def test_bidirectional_on_a_floor_under_a_sphere(tmp_path: Path) -> None:
     ratio, rms = error(lux(rival_floor.subject(tmp_path), tmp_path, 512))
     assert np.abs(ratio - 1).max() < 0.02
     assert rms < 0.08
+
+
+def test_a_quick_bidirectional_has_two_frames(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A small picture has more than all samples when LuxCore is first looked at."""
+    from benchmarks.systems.rivals.bidirectional import rendering
+
+    made = iter((7.0, 15.0, 31.0))
+    session = types.SimpleNamespace(Start=lambda: None)
+    monkeypatch.setattr(rendering, "_library", lambda: None)
+    monkeypatch.setattr(rendering, "_session", lambda *_: (1, 1, session))
+    monkeypatch.setattr(rendering, "_wait", lambda _, samples: (next(made), 0.1))
+    monkeypatch.setattr(rendering, "_picture", lambda *_: np.ones((1, 1, 3)))
+    found = list(rendering.frames(tmp_path, [1, 2, 4, 8], 0, 1))
+    assert [frame.samples for frame in found] == [7, 15]
 
 
 SIDES = [("0", False, True), ("180", False, False), ("0", True, False), ("180", True, True)]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import pytest
@@ -49,3 +50,12 @@ def test_a_scheduler_that_is_not_there_is_one_line(
     monkeypatch.setattr("distributed.Client", refused)
     assert main(["--output", str(tmp_path), "--scheduler", "tcp://127.0.0.1:1"]) == 2
     assert "no scheduler at tcp://127.0.0.1:1: connection refused" in capsys.readouterr().err
+
+
+def test_without_dask_it_is_one_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for name in ("dask", "distributed"):
+        monkeypatch.setitem(sys.modules, name, None)
+    assert main(["--output", str(tmp_path), "--workers", "2"]) == 2
+    assert "Dask is missing" in capsys.readouterr().err

@@ -147,6 +147,73 @@ def test_a_noisy_truth_tells_nothing() -> None:
     assert word("NCL", ncl) == "too noisy to tell"
 
 
+def without(system: str, task: str = "") -> list[Record]:
+    return [r for r in bench() if r.system != system or (task and r.task != task)]
+
+
+def test_a_difference_within_its_noise_tells_nothing() -> None:
+    vague = [*without("purelight_fast"),
+             *series("purelight_fast", "room", 0.1, 0.05, mean=0.02, mean_noise=0.05)]  # fmt: skip
+    assert word("40 %", vague) == "too noisy to tell"
+    slow = [*without("purelight_fast"),
+            *series("purelight_fast", "room", 0.1, 0.09, mean=0.02, mean_noise=0.05)]  # fmt: skip
+    assert word("40 %", slow) == "does not hold"
+    level = [
+        record("ball", "histogram", "room", n, 0.1 * n, 0.1 / n * (0.8, 1.3)[k % 2])
+        for k, n in enumerate((2, 4, 8, 16, 32, 64))
+    ]
+    assert level[-1].figures["relative_variance"] > 0.1 / 64
+    assert word("histogram", [*bench(), *level]) == "too noisy to tell"
+
+
+def test_path_tracing_that_gets_no_nearer_is_said() -> None:
+    blind = [r for t in ("room", "view_side") for r in series("path", t, 0.0, 0.01, floor=1.0)]
+    records = [*without("path"), *blind]
+    assert word("64 samples", records) == "too noisy to tell"
+    (found,) = [v for v in claims.verdicts(Results(records)) if "64 samples" in v.claim.text]
+    assert "not approached by path tracing" in found.figures["ball"]
+
+
+def test_means_over_different_views_are_not_compared() -> None:
+    """A rival that failed at the hard view has no mean that is like ours."""
+    both = [*bench(), *series("purelight_accurate", "view_below", 0.9, 0.1, sharpness=0.2)]
+    records = [*both, *series("ncl", "view_side", 0.1, 0.1, sharpness=0.7)]
+    assert word("NCL", records) == "not measured"
+    whole = [*records, *series("ncl", "view_below", 0.1, 0.1, sharpness=0.1)]
+    assert word("NCL", whole) == "holds"
+
+
+def test_a_verdict_says_on_how_many_lamps_noise_hides_it() -> None:
+    other = [
+        Record(**{**vars(r), "lamp": "cube", "figures": r.figures | {"truth_variance": 0.5}})
+        for r in bench()
+    ]
+    assert word("64 samples", [*bench(), *other]) == "holds, too noisy to tell on 1"
+
+
+def test_series_that_stop_a_little_late_have_steps() -> None:
+    """LuxCore is looked at while it renders: its counts differ from view to view."""
+    made = [record("ball", "bidirectional", "view_side", n, 1, 1 / n) for n in (3, 7, 15, 33)]
+    made += [record("ball", "bidirectional", "view_below", n, 1, 1 / n) for n in (4, 6, 13)]
+    steps = Results(made).steps("ball", "bidirectional", "appearance")
+    assert [s.samples for s in steps] == [4, 6, 14]
+    assert steps[-1].figures["relative_error"] == pytest.approx((1 / 15 + 1 / 13) / 2)
+    assert steps[-1].tasks == ("view_below", "view_side")
+
+
+def test_the_report_says_how_it_was_measured(tmp_path: Path) -> None:
+    records = Records(tmp_path / "smoke")
+    for made in series("path", "room", 1.0, 0.1):
+        records.add(Record(**{**vars(made), "threads": 1}))
+    assert "Systems had 1 thread." in report.write(records.folder, OWN, None)
+    for made in series("ptracer", "room", 1.0, 0.1):
+        records.add(Record(**{**vars(made), "threads": 2, "code": "d"}))
+    text = report.write(records.folder, OWN, None)
+    assert "different numbers of threads (1, 2): seconds do not compare" in text
+    assert "2 versions of the code" in text
+    assert "ball, path: appearance was not measured" in text
+
+
 def test_a_claim_may_hold_on_some_lamps() -> None:
     other = [
         Record(**{**vars(r), "lamp": "cube", "memory": 9e3 if r.task == "instances_16" else 1e3})

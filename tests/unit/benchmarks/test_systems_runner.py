@@ -68,6 +68,21 @@ def test_figures_of_a_picture_with_known_noise(runner: Runner) -> None:
     assert abs(figures["mean"]) < 4 * figures["mean_noise"]
 
 
+def test_noise_that_channels_share_is_told(tmp_path: Path) -> None:
+    """A path carries all channels: the mean of a picture is as far off as its standard error."""
+    truth, found = Grey().truth(subject(tmp_path), tmp_path, 1), []
+    for seed in range(200):
+        rng = np.random.default_rng(seed)
+        one, more = (
+            LEVEL + np.repeat(rng.standard_normal((SIZE, SIZE, 1)), 3, -1) for _ in range(2)
+        )
+        seen = errors.picture(Frame(one, 1, 1, 0), Frame((one + more) / 2, 2, 2, 0))
+        figures = errors.measure(subject(tmp_path), Grey(), seen, truth)
+        found.append((figures["mean"], figures["mean_noise"]))
+    off, told = np.array(found).T
+    assert np.sqrt((told**2).mean()) == pytest.approx(off.std(), rel=0.15)
+
+
 def test_bias_is_no_noise(runner: Runner) -> None:
     Runner(runner.folder, runner.scale, [Noisy(factor=1.2)]).run(["ball"])
     figures = Records(runner.folder).current()[-1].figures
@@ -88,6 +103,46 @@ def test_a_system_that_fails_costs_its_own_cells(runner: Runner, fails: str) -> 
     mended = [Noisy("broken"), Noisy()]
     Runner(runner.folder, runner.scale, mended, again=("failed",)).run(["ball"])
     assert not any(r.failed for r in Records(runner.folder).current())
+
+
+def test_the_last_run_of_a_series_counts_alone(runner: Runner) -> None:
+    """Neither pictures of a run before nor those before an interruption are mixed with it."""
+    runner.run(["ball"])
+    broken = Runner(runner.folder, runner.scale, [Noisy(fails="frames")], again=("noisy",))
+    broken.run(["ball"])
+    assert [r.samples for r in Records(runner.folder).current()] == [0]
+    shorter = Tiny(**{**vars(runner.scale), "samples": (64, 128)})
+    records, series = Records(runner.folder), ("ball", "noisy", "room")
+    key = records.lines[-1].key
+    Runner(runner.folder, shorter, [Noisy()], again=("noisy",)).run(["ball"])
+    assert [r.samples for r in Records(runner.folder).current()] == [128]
+    records = Records(runner.folder)
+    for samples in (128, 256):  # begun again, and interrupted
+        records.add(replace(records.lines[0], key=key, samples=samples, last=False))
+    records.add(replace(records.lines[0], key=key, samples=128, last=False))
+    assert [r.samples for r in Records(runner.folder).current()] == [128]
+    assert not Records(runner.folder).ended(series, key)
+
+
+def test_a_key_that_is_not_the_last_is_measured_anew(runner: Runner) -> None:
+    """What was measured by one thread, and then by two, is not taken for that by one."""
+    for threads in (1, 2, 1):
+        Runner(runner.folder, runner.scale, [Noisy()], threads).run(["ball"])
+    assert {r.threads for r in Records(runner.folder).current()} == {1}
+
+
+def test_what_was_made_ready_for_another_lamp_is_made_anew(
+    runner: Runner, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    runner.run(["ball"])
+    folder = runner.folder / "ball/systems/noisy"
+    (folder / "lamp.plux").write_text("trained for the lamp as it is")
+    Runner(runner.folder, runner.scale, [Noisy()], again=("noisy",)).run(["ball"])
+    assert (folder / "lamp.plux").is_file()
+    facts = replace(subjects.subject("ball", runner.folder, "tiny", 1), digest="other")
+    monkeypatch.setattr(subjects, "subject", lambda *_: facts)
+    Runner(runner.folder, runner.scale, [Noisy()]).run(["ball"])
+    assert not (folder / "lamp.plux").exists()
 
 
 def test_a_lamp_that_fails_is_written_down(runner: Runner, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -181,7 +236,12 @@ def test_results_come_from_another_process() -> None:
     [
         (["--systems", "magic"], "no system magic"),
         (["--tasks", "sea"], "no task sea"),
+        (["--lamps", "../moon"], "no lamp ../moon"),
+        (["--again", "pth"], "no system or task pth"),
+        (["--workers", "2", "--lamps", "moon"], "no lamp moon"),
+        (["--workers", "-1"], "--workers"),
         (["--threads", "0"], "--threads"),
+        (["--report", "--workers", "2"], "no records yet"),
         (["--report"], "no records yet"),
     ],
 )

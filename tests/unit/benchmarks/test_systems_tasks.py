@@ -124,7 +124,9 @@ def test_margin_is_that_of_the_truths_lens() -> None:
 
 
 def test_grid_of_the_standard() -> None:
-    assert [cells(side) for side in (1.0, 2.0, 10.0, 1000.0)] == [5, 7, 10, 100]
+    """Table A.1 of EN 12464-1 from 1 to 10 m and at 100 m, and the largest spacing, 10 m."""
+    sides = (1.0, 2.0, 5.0, 10.0, 25.0, 50.0, 100.0, 1000.0)
+    assert [cells(side) for side in sides] == [5, 6, 8, 10, 13, 16, 20, 100]
     image = np.full((4, 4, 3), ALBEDO / math.pi)
     assert lux(image, 2) == pytest.approx(np.full((2, 2), 683.0))
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -217,3 +218,78 @@ def test_the_octahedron_of_all_networks_is_imported(blender: Blender, tmp_path: 
     path = tmp_path / "lamp.plux"
     path.write_bytes(lamp.seal(lamp.good()))
     assert blender.run(("empty", {}), ("plux", {"path": str(path)}))[1] == ["FINISHED"]
+
+
+def test_a_path_may_begin_at_the_blend_file(blender: Blender, ball: Path, tmp_path: Path) -> None:
+    shutil.copy(ball, tmp_path / "ball.plux")
+    one, more = {"path": "//ball.plux"}, [{"name": "ball.plux"}]
+    *_, first, second, _ = blender.run(
+        ("empty", {}), ("save", {"path": str(tmp_path / "room.blend")}), ("plux", one),
+        ("plux", {"path": "", "files": more, "directory": "//"}), ("counts", {}),
+    )  # fmt: skip
+    assert first == second == ["FINISHED"]
+
+
+def test_a_strangers_file_names_no_place_to_write_to(
+    blender: Blender, learned: Path, tmp_path: Path
+) -> None:
+    file, planted = tmp_path / "room.blend", tmp_path / "planted"
+    blender.run(
+        ("empty", {}), ("plux", {"path": str(learned)}),
+        ("forged", {"key": "../" * 30 + str(planted)[1:], "table": ""}),
+        ("save", {"path": str(file)}),
+    )  # fmt: skip
+    _, (said,) = blender.run(("load", {"path": str(file)}), ("refresh", {}))
+    assert "import the lamp again" in said
+    assert not planted.with_suffix(".exr").exists()
+
+
+def test_a_linked_lamp_finds_its_tables(blender: Blender, learned: Path, tmp_path: Path) -> None:
+    """Of a file that was saved on another computer."""
+    file, room, seen = (tmp_path / name for name in ("lamp.blend", "room.blend", "seen.exr"))
+    _, _, (table,), *_ = blender.run(
+        ("empty", {}), ("plux", {"path": str(learned)}), ("tables", {}),
+        ("forged", {"key": "", "table": "/elsewhere/gone.exr"}), ("save", {"path": str(file)}),
+        ("empty", {}), ("linked", {"path": str(file), "name": "grid"}),
+        ("save", {"path": str(room)}),
+    )  # fmt: skip
+    _, found, _ = blender.run(("load", {"path": str(room)}), ("tables", {}), shot(seen))
+    assert found == [table]
+    assert pixels(seen).max() > 0.5
+
+
+def test_a_lamp_deep_in_collections_has_the_look_of_the_renderer(
+    blender: Blender, ball: Path
+) -> None:
+    *_, before, _, _, after = blender.run(
+        ("empty", {}), ("plux", {"path": str(ball)}),
+        ("collected", {"name": "ball", "empty": "inner", "location": [0, 0, 0]}),
+        ("collected", {"name": "inner", "empty": "outer", "location": [0, 0, 0]}),
+        ("objects", {}), ("engine", {"name": "BLENDER_EEVEE"}), ("refresh", {}), ("objects", {}),
+    )  # fmt: skip
+    states = [[t["state"] for t in things if t["type"] == "MESH"] for things in (before, after)]
+    assert states == [["networks"], ["simple"]]
+    assert [thing["type"] for thing in after].count("LIGHT") == 1
+
+
+def test_the_stand_in_follows_the_scale_of_what_the_lamp_hangs_on(
+    blender: Blender, ball: Path
+) -> None:
+    *_, before, _, after = blender.run(
+        ("empty", {"engine": "BLENDER_EEVEE"}), ("plux", {"path": str(ball)}), ("objects", {}),
+        ("adopted", {"name": "ball", "scale": 3.0}), ("objects", {}),
+    )  # fmt: skip
+    once, nine = ([t["energy"] for t in things if t["energy"]] for things in (before, after))
+    assert nine == pytest.approx([9 * once[0]])
+
+
+def test_the_stand_in_of_a_black_lamp_is_black(blender: Blender, tmp_path: Path) -> None:
+    lit = blender_lamps.glass_ball()
+    dark = replace(lit.surface, triangle_flux=0 * lit.surface.triangle_flux)
+    path = replace(lit, surface=dark, flux=np.zeros(3)).write(tmp_path / "black.plux")
+    *_, things = blender.run(
+        ("empty", {"engine": "BLENDER_EEVEE"}), ("plux", {"path": str(path)}), ("objects", {})
+    )
+    (light,) = (thing for thing in things if thing["type"] == "LIGHT")
+    assert light["energy"] == 0
+    assert light["color"] == [0, 0, 0]

@@ -13,7 +13,7 @@ from purelight_format.bundle import Bundle
 from purelight_format.members.finishes import Finish
 from purelight_format.usd import asset_layer
 from tests.support import blender_lamps
-from tests.support.analytic_lamps import CENTRE, RADIUS, ball
+from tests.support.analytic_lamps import CENTRE, COLOUR, RADIUS, Lamp, ball
 from tests.support.blender_host import Blender
 from tests.unit.blender.conftest import pixels
 
@@ -70,6 +70,14 @@ def write_layer(path: Path, digest: str = "") -> None:
     path.with_name("lamp.usda").write_text(text)
 
 
+def painted(paint: tuple[float, float, float]) -> Lamp:
+    """A ball with a finish, so that its likeness is shown where no bundle is read."""
+    lamp = ball(0.0)
+    sides = np.zeros((len(lamp.surface.triangles), 2), np.uint8)
+    surface = replace(lamp.surface, finish=sides)
+    return replace(lamp, surface=surface, finishes=(Finish("paint", paint),))
+
+
 def by_name(things: list[dict[str, Any]]) -> dict[str, dict[str, Any]]:
     return {thing["name"]: thing for thing in things}
 
@@ -112,11 +120,8 @@ def test_who_lacks_the_extension_sees_the_lamp_in_its_materials(
     blender: Blender, tmp_path: Path
 ) -> None:
     """A matt ball under a white sky shows its paint, though its light stands inside of it."""
-    paint, lamp = (0.7, 0.5, 0.2), ball(0.0)
-    sides = np.zeros((len(lamp.surface.triangles), 2), np.uint8)
-    surface = replace(lamp.surface, finish=sides)
-    painted = replace(lamp, surface=surface, finishes=(Finish("paint", paint),))
-    write_layer(painted.write(tmp_path / "lamp.plux"))
+    paint = (0.7, 0.5, 0.2)
+    write_layer(painted(paint).write(tmp_path / "lamp.plux"))
     camera = np.eye(4)
     camera[:3, 3] = np.add(CENTRE, (0, 0, 4))
     wish = {"camera": camera.tolist(), "size": 0.6 * RADIUS, "pixels": 8, "samples": 64,
@@ -162,3 +167,104 @@ def test_stages_without_lamps_are_none_of_our_business(blender: Blender, tmp_pat
     assert said == ["FINISHED"]
     assert [thing["type"] for thing in things] == ["MESH"]
     assert not [line for line in blender.said() if "PureLight" in line]
+
+
+def test_a_lamps_likeness_is_not_left_around_it(blender: Blender, tmp_path: Path) -> None:
+    """The mesh of its materials, which are for those who cannot read the bundle."""
+    write_layer(painted((0.7, 0.5, 0.2)).write(tmp_path / "lamp.plux"))
+    (tmp_path / "room.usda").write_text(ROOM.format(more="        instanceable = true\n"))
+    camera = np.eye(4)
+    camera[:3, 3] = np.add(CENTRE, (0, 0, 4))
+    seen = {"camera": camera.tolist(), "size": 0.6 * RADIUS, "pixels": 4}
+    for name in ("lamp.usda", "room.usda"):
+        path = tmp_path / f"{name}.exr"
+        _, _, things, _ = blender.run(
+            ("empty", {}), ("usd", {"path": str(tmp_path / name)}), ("objects", {}),
+            ("picture", seen | {"path": str(path)}),
+        )  # fmt: skip
+        assert [thing["type"] for thing in things if thing["type"] != "EMPTY"] == ["MESH"]
+        np.testing.assert_allclose(pixels(path), np.broadcast_to(COLOUR, (4, 4, 3)), rtol=1e-3)
+
+
+ROOM = """#usda 1.0
+(
+    upAxis = "Z"
+    metersPerUnit = 1
+)
+def Xform "World"
+{{
+    def "Lamp" (
+        prepend references = @./lamp.usda@
+{more}    )
+    {{
+    }}
+}}
+"""
+CLUSTERS = """#usda 1.0
+(
+    upAxis = "Z"
+    metersPerUnit = 1
+)
+class "Cluster"
+{
+    def "Single" (
+        prepend references = @./lamp.usda@
+    )
+    {
+        float purelight:dimmer = 0.125
+    }
+    def "Shared" (
+        prepend references = @./lamp.usda@
+        instanceable = true
+    )
+    {
+        float purelight:dimmer = 0.25
+    }
+}
+def Xform "World"
+{
+    def Xform "One" (
+        inherits = </Cluster>
+        instanceable = true
+    )
+    {
+    }
+    def Xform "Two" (
+        inherits = </Cluster>
+        instanceable = true
+    )
+    {
+    }
+    def PointInstancer "Many"
+    {
+        rel prototypes = </World/Many/Prototypes/Lamp>
+        int[] protoIndices = [0, 0]
+        point3f[] positions = [(0, 0, 0), (2, 0, 0)]
+        def Scope "Prototypes"
+        {
+            def "Lamp" (
+                prepend references = @./lamp.usda@
+            )
+            {
+                float purelight:dimmer = 0.5
+            }
+        }
+    }
+}
+"""
+
+
+def test_lamps_in_instances_and_prototypes_take_the_place_of_their_stand_ins(
+    blender: Blender, folder: Path
+) -> None:
+    (folder / "clusters.usda").write_text(CLUSTERS)
+    _, _, things, _ = blender.run(
+        ("empty", {}), ("usd", {"path": str(folder / "clusters.usda")}), ("objects", {}),
+        ("counts", {}),
+    )  # fmt: skip
+    assert not [thing for thing in things if thing["type"] == "LIGHT"]
+    dimmers = [thing["dimmer"] for thing in things if thing["type"] == "MESH"]
+    assert sorted(dimmers) == [0.125, 0.5, 1.0]
+    told = [line for line in blender.said() if line.startswith("PureLight: ")]
+    assert told == ["PureLight: /World/One/Shared: its dimmer, of an instance in an instance, "
+                    "counts as 1"]  # fmt: skip

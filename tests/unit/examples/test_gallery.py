@@ -118,6 +118,15 @@ def test_wrong_names_are_one_line(
     assert not (tmp_path / "out").exists()
 
 
+def test_no_threads_are_one_line_and_no_failed_lamp(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit, match="2"):
+        cli.main(["--output", str(tmp_path / "out"), "--threads", "0"])
+    assert "--threads: 0: give a whole number from 1" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
 def test_an_output_that_is_a_file_is_one_line(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -314,6 +314,42 @@ def test_lumens_are_a_number_above_zero(text: str, capsys: pytest.CaptureFixture
     assert f"{text}: give a number above 0" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("text", ["1e300", "1e-300"])
+def test_lumens_that_no_bundle_can_hold_are_one_line(
+    run_directory: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], text: str
+) -> None:
+    output = str(tmp_path / "lamp.plux")
+    assert cli.main([str(run_directory), "--output", output, "--lumens", text]) == 2
+    (error,) = capsys.readouterr().err.splitlines()
+    assert f"--lumens {float(text):g}: " in error
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("name", ["two\nlines", "tab\t", "x" * 201, "no\xa0break"])
+def test_a_name_that_no_manifest_takes_is_refused_before_any_work(
+    run_directory: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str,
+    capsys: pytest.CaptureFixture[str],
+) -> None:  # fmt: skip
+    monkeypatch.setattr(RunDirectory, "open", lambda path: pytest.fail("work has begun"))
+    output = str(tmp_path / "lamp.plux")
+    assert cli.main([str(run_directory), "--output", output, "--name", name]) == 2
+    (error,) = capsys.readouterr().err.splitlines()
+    assert "printable" in error
+
+
+@pytest.mark.parametrize(
+    ("scene", "name"),
+    [("no\xa0break", "no break"), ("x" * 240, "x" * 200), ("C:\\lamps\\desk", "desk")],
+)
+def test_any_scene_gives_a_lamp_a_name(
+    run_directory: Path, tmp_path: Path, scene: str, name: str
+) -> None:
+    run = RunDirectory(shutil.copytree(run_directory, tmp_path / "run"))
+    run.write_json("config.json", run.config | {"luminaire": f"{scene}.xml"})
+    export(run.path, tmp_path / "lamp.plux", networks=["appearance"])
+    assert Bundle.open(tmp_path / "lamp.plux").manifest.name == name
+
+
 def test_an_unknown_network_is_named(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as caught:
         cli.main(["run", "--output", "lamp.plux", "--networks", "sampler,teacher"])

@@ -6,9 +6,12 @@ import shutil
 from pathlib import Path
 
 import pytest
+from pxr import Usd
 
 from purelight_export import cli
 from purelight_export.export import export
+from purelight_format.usd.luminaires import luminaires
+from purelight_format.validation.validate import validate
 from purelight_train.runs.run_directory import RunDirectory
 
 KEPT = '<scene version="3.0.0"><shape type="sphere" id="base"/></scene>'
@@ -73,3 +76,34 @@ def test_the_date_is_what_is_asked_for(run: Path, tmp_path: Path) -> None:
         first, second = (path.with_suffix(".ies").read_text() for path in paths)
         assert first == second
         assert ("[ISSUEDATE] 2001-02-03" in first) == (day is not None)
+
+
+@pytest.mark.parametrize("name", ["lamp@2x", "lamp [1]", "a:b", "a\\b", "a\nb"])
+def test_a_name_that_no_usd_layer_can_say_is_refused_before_any_work(
+    run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str,
+    capsys: pytest.CaptureFixture[str],
+) -> None:  # fmt: skip
+    monkeypatch.setattr(RunDirectory, "open", lambda path: pytest.fail("work has begun"))
+    assert cli.main([str(run), "--output", str(tmp_path / f"{name}.plux")]) == 2
+    (error,) = capsys.readouterr().err.splitlines()
+    assert "USD" in error
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("name", ["Größe 灯", 'it\'s "q" #1', "50%<UDIM>{v}", "-x"])
+def test_any_other_name_is_one_that_usd_opens(run: Path, tmp_path: Path, name: str) -> None:
+    export(run, tmp_path / f"{name}.plux", name=name, networks=["appearance"])
+    assert not validate(tmp_path / f"{name}.plux").issues
+    (found,) = luminaires(Usd.Stage.Open(str(tmp_path / f"{name}.usda")))
+    assert Path(found.bundle) == tmp_path / f"{name}.plux"
+
+
+def test_files_that_an_export_leaves_old_are_told(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = [str(run), "--output", str(tmp_path / "lamp.plux"), "--networks", "appearance"]
+    assert cli.main([*words, "--photometry", "ies,ldt"]) == 0
+    assert "warning" not in capsys.readouterr().err
+    assert cli.main(words) == 0
+    (line,) = (line for line in capsys.readouterr().err.splitlines() if "warning" in line)
+    assert "lamp.ldt: of an earlier export" in line

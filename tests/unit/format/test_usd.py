@@ -17,7 +17,7 @@ from pxr import Usd, UsdGeom, UsdLux, UsdValidation
 
 from purelight_format import bundle, usd_schema
 from purelight_format.bundle import Bundle
-from purelight_format.members.finishes import Finish
+from purelight_format.members.finishes import NONE, Finish
 from purelight_format.members.surface import Surface
 from purelight_format.usd import layer
 from purelight_format.usd.appearance_text import KeptPart
@@ -54,6 +54,17 @@ def faults(path: Path) -> list[str]:
 
 def test_the_layer_has_no_fault_for_usd(asset: Path) -> None:
     assert faults(asset) == []
+
+
+def test_finishes_are_no_fault_for_usd(asset: Path) -> None:
+    manifest, surface = lamp.parts()[0], lamp.surface()
+    painted = replace(manifest, finishes=(Finish("paint", (0.5, 0.5, 0.5)),))
+    finish = np.zeros((len(surface.triangles), 2), np.uint8)
+    finish[0] = NONE
+    text = layer_text(painted, replace(surface, finish=finish), PATHS)
+    asset.write_text(text)
+    assert faults(asset) == []
+    assert not list(layer.check(text.encode(), asset.name, {"lamp.plux", "lamp.ies"}))
 
 
 def test_the_check_for_faults_can_fail(asset: Path) -> None:

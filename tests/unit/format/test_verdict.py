@@ -172,6 +172,7 @@ def test_a_lamp_without_fast_mode_is_not_advised_on_it() -> None:
     ("verdict", "provenance", "advice"),
     [
         (with_look(detail=0.6), {"anchor": "none"}, "--anchor auto"),
+        (with_look(detail=0.6), {"preset": "sketch"}, "(--preset draft)"),
         (with_look(detail=0.6), {"preset": "standard"}, "(--preset paper)"),
         (with_look(detail=0.6), {"preset": "paper"}, "a longer training"),
         (replace(FINE, by_heart=0.2), {}, "more photons"),

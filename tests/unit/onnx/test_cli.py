@@ -42,6 +42,11 @@ def test_a_picture_and_its_preview_are_written(tmp_path: Path) -> None:
         (["--output", "view.exr", "--spp", "0"], "--spp"),
         (["--output", "view.exr", "--seed", "-1"], "--seed"),
         (["--output", "view.exr", "--background", "nan", "0", "0"], "--background"),
+        (["--output", "view.exr", "--background", "0", "1e39", "0"], "--background"),
+        (["--output", "view.exr", "--background", "0", "0", "-1"], "--background"),
+        (["--output", "view.exr", "--exposure", "1e9"], "--exposure"),
+        (["--output", "view.exr", "--exposure", "nan"], "--exposure"),
+        (["--output", "view.exr", "--azimuth", "inf"], "--azimuth"),
         (["--output", "/dev/null/view.exr", "--size", "4"], "cannot write"),
     ],
 )
@@ -58,6 +63,16 @@ def test_faults_of_the_user_are_one_line(
     assert error.startswith("purelight-view: error: ")
     assert message in error
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.usefixtures("opened")
+def test_no_picture_is_written_where_its_preview_cannot_be(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "view.png").mkdir()
+    assert cli.main(["lamp.plux", "--output", str(tmp_path / "view.exr"), "--size", "4"]) == 2
+    assert "view.png: not a regular file" in capsys.readouterr().err
+    assert not (tmp_path / "view.exr").exists()
 
 
 def test_a_missing_bundle_is_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

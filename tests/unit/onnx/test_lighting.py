@@ -81,6 +81,11 @@ def test_many_points_at_once(wild: Luminaire) -> None:
         ({"mode": "quick"}, "neither accurate nor fast"),
         ({"samples": 0}, "at least 1"),
         ({"normal": [[0, 0, 1.0]] * 2}, "must both be"),
+        ({"point": [0, 0, np.nan]}, "point must be finite"),
+        ({"point": [0, np.inf, 0]}, "point must be finite"),
+        ({"normal": [0, 0, 0.0]}, "unit length"),
+        ({"normal": [0, 0, 2.0]}, "unit length"),
+        ({"normal": [np.nan, 0, 1.0]}, "unit length"),
     ],
 )
 def test_what_is_refused(paint: Luminaire, arguments: dict[str, object], text: str) -> None:

@@ -81,6 +81,18 @@ def test_hits_lie_on_the_ball_and_face_the_viewer(bundle: Any, scale: float) -> 
     np.testing.assert_allclose(np.linalg.norm(hits.normal, axis=1), 1, atol=1e-12)
 
 
+@pytest.mark.parametrize("radii", [1e3, 1e5, 1e7])
+def test_rays_from_afar_meet_what_rays_from_nearby_meet(bundle: Any, radii: float) -> None:
+    surface, rng = ExitSurface(bundle.surface(), SPHERE), np.random.default_rng(3)
+    target = CENTRE + SPHERE.radius * rng.uniform(-0.6, 0.6, (1000, 3))
+    direction = rng.standard_normal((1000, 3))
+    direction /= np.linalg.norm(direction, axis=1, keepdims=True)
+    near = surface.intersect(target - 4 * SPHERE.radius * direction, direction)
+    far = surface.intersect(target - radii * SPHERE.radius * direction, direction)
+    np.testing.assert_array_equal(far.ray, near.ray)
+    np.testing.assert_allclose(far.position, near.position, atol=1e-5 * SPHERE.radius)
+
+
 def test_both_sides_of_a_sheet_and_no_side_of_a_line() -> None:
     corners = np.array([[0, -1, -1], [0, 1, -1], [0, 0, 1], [0, 0, 1]], np.float32)
     triangles = np.array([[0, 1, 2], [2, 3, 2]], np.uint32)
@@ -99,6 +111,11 @@ def test_the_picture_composites_over_the_background(luminaire: Luminaire) -> Non
     np.testing.assert_allclose(lit[16, 16] - plain[16, 16], [1.0, 2.0, 3.0], rtol=1e-5)
     np.testing.assert_allclose(plain[16, 16], [5.2, 0.0, 0.0], atol=0.15)
     assert not plain[0, 0].any()
+
+
+def test_a_picture_of_no_rays_is_refused(luminaire: Luminaire) -> None:
+    with pytest.raises(PureLightError, match="samples must be at least 1"):
+        render(luminaire, Camera.orbit(SPHERE, size=4), samples=0)
 
 
 def test_progress_counts_every_ray(luminaire: Luminaire) -> None:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import trimesh
 
 from purelight_export.export import export
 from purelight_export.rays import traced_rays
@@ -28,7 +29,8 @@ use()
 from purelight_train.light.measured_luminaire import load_measured  # noqa: E402
 from purelight_train.presets import Optimisation  # noqa: E402
 from purelight_train.report.training import write_report  # noqa: E402
-from purelight_train.runs.pipeline import Training, start  # noqa: E402
+from purelight_train.runs.pipeline import Training, reopen, start  # noqa: E402
+from purelight_train.runs.run_directory import RunDirectory  # noqa: E402
 
 SHORT = replace(tiny.TINY, photons=Optimisation(25, 1 << 11, 1e-2))
 LAMP = ball(30_000)
@@ -142,3 +144,23 @@ def test_traced_light_becomes_rays(trained: Path) -> None:
         rays = traced_rays(luminaire, count, 1)
         assert len(rays) == count
         np.testing.assert_allclose(rays.flux, [3, 2, 1], rtol=2e-3)
+
+
+def test_a_mesh_around_rays_is_known_by_its_place_and_its_bytes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A run is used from other folders too, and its networks fit no other surface."""
+    globe = trimesh.creation.icosphere(2, radius=0.06)
+    globe.apply_translation([0.1, 0.2, 0.3])
+    globe.export(tmp_path / "globe.ply")
+    monkeypatch.chdir(tmp_path)
+    begin(tmp_path, exit_surface="globe.ply")
+    config = json.loads((tmp_path / "run" / "config.json").read_text())
+    assert config["exit_surface"] == str((tmp_path / "globe.ply").resolve())
+    globe.apply_translation([0, 0, 0.001])
+    globe.export(tmp_path / "globe.ply")
+    options = {"resume": True, "route": "photons", "exit_surface": "globe.ply"}
+    with pytest.raises(PureLightError, match="another surface_digest"):
+        start(tmp_path / "ball.tm25ray", tmp_path / "run", SHORT, 0, "cpu", **options)  # type: ignore[arg-type]
+    with pytest.raises(PureLightError, match=r"globe\.ply: is not what .*run was trained of"):
+        reopen(RunDirectory(tmp_path / "run"), tmp_path / "ball.tm25ray")

@@ -197,3 +197,56 @@ def test_golden_vectors_are_all_there(octahedron: Bundle) -> None:
         given = np.concatenate([a.reshape(len(a), -1) for a in vectors.inputs.values()], 1)
         np.testing.assert_array_equal(own[:, : given.shape[1]], given)
     assert members.network("appearance") in octahedron.entries
+
+
+def test_files_of_others_are_left_alone(octahedron: Bundle, tmp_path: Path) -> None:
+    readme = tmp_path / "README.md"
+    readme.write_text("An engine\n")
+    with pytest.raises(PureLightError, match=r"README.md: is there and not of a lamp in slang"):
+        write(octahedron, "slang", tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["README.md"]
+    for spoilt_json in ("[", "[" * 100_000, "{}", '{"language": "slang"}', '"language"'):
+        (tmp_path / "lamp.json").write_text(spoilt_json)
+        with pytest.raises(PureLightError, match="is there and not of a lamp"):
+            write(octahedron, "slang", tmp_path)
+    assert readme.read_text() == "An engine\n"
+
+
+def test_a_folder_holds_one_language(octahedron: Bundle, alone: Bundle, tmp_path: Path) -> None:
+    """Buffers of the same name are laid out otherwise for other languages."""
+    write(octahedron, "slang", tmp_path)
+    before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+    with pytest.raises(PureLightError, match=r"holds a lamp in slang, .*choose another folder"):
+        write(octahedron, "osl", tmp_path)
+    assert before == {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+    (tmp_path / "integers.bin").write_bytes(b"of the lamp before")
+    write(alone, "slang", tmp_path)
+    assert {path.name for path in tmp_path.iterdir()} == set(before)
+    assert alone.digest in (tmp_path / "README.md").read_text()
+
+
+def test_what_was_cut_off_is_finished(octahedron: Bundle, tmp_path: Path) -> None:
+    write(octahedron, "slang", tmp_path)
+    before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+    for name in ("README.md", "lamp.json", "selftest_expected.bin"):
+        (tmp_path / name).unlink()
+    write(octahedron, "slang", tmp_path)
+    assert before == {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+
+
+def test_the_page_speaks_of_buffers_that_there_are(tmp_path: Path, octahedron: Bundle) -> None:
+    """A lamp whose radiance is max(0, outgoing) has no constant."""
+    data = lamp.model(
+        "appearance", [helper.make_node("Relu", ["outgoing"], ["radiance"])], {}
+    ).SerializeToString()
+    given = bundles.parts(
+        lamp.surface(), {"appearance": (data, lamp.golden("appearance", data))}, name="bare",
+        bounding_sphere=lamp.SPHERE, flux=lamp.FLUX, radiance_scale=lamp.SCALE, r_max=15.0,
+        channels=(True, True, True),
+    )  # fmt: skip
+    smallest = bundle.write(tmp_path / "bare.plux", *given)
+    files = contents(smallest, "slang")
+    assert "floats.bin" not in files
+    assert "This lamp has none" in files["README.md"].decode()
+    assert "(0 of them)" not in files["README.md"].decode()
+    assert "`floats.bin` holds weights" in contents(octahedron, "slang")["README.md"].decode()

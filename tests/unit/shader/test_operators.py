@@ -149,3 +149,21 @@ def test_a_wrong_translation_is_found(tmp_path: Path, monkeypatch: pytest.Monkey
     answers = batch.answers({"Mod": list(feed.values())}, tmp_path)["Mod"]
     expected = reference.evaluate(made["Mod"].model, feed, np.float32)["result"]
     assert not np.allclose(answers, expected)
+
+
+def test_what_vast_numbers_leave_is_bounded(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A sine stays within one and a remainder below its divisor, where no digit can be right."""
+    monkeypatch.setitem(CONSTANTS, "vast_float", F([1e9]))
+    monkeypatch.setitem(CONSTANTS, "vaster", F([1e36]))
+    for name in ("vast_float", "vaster"):
+        for last in (node("Sin", "v"), node("Cos", "v"), node("Mod", "v same", fmod=1)):
+            case = [node("Mul", f"x {name}", "v"), last], (4,)
+            monkeypatch.setitem(CASES, f"{last.op_type} of {name}", case)
+    made = {k: v for k, v in networks(monkeypatch).items() if " of vast" in k}
+    feed = known.inputs(rows=9)
+    answers = Batch(made).answers({name: list(feed.values()) for name in made}, tmp_path)
+    assert len(answers) == 6
+    for name, found in answers.items():
+        assert (np.abs(found) <= (2 if "Mod" in name else 1.0001)).all(), (name, found)

@@ -102,3 +102,12 @@ def test_no_cell_of_the_map_is_brighter_than_what_it_learned() -> None:
     bound = network.brightness(radiance / network.scale).amax((0, 1))
     far = network(torch.from_numpy(5 * unit(512, 1))) / network.scale
     torch.testing.assert_close(network.brightness(far).amax((0, 1, 2)), bound, rtol=1e-4, atol=0)
+
+
+@pytest.mark.parametrize("link", ["log", "log1p"])
+def test_a_channel_of_which_no_light_was_held_out_has_a_ceiling(link: str) -> None:
+    """As of few measured rays, where one in ten is held out and a hundredth is green."""
+    brightness = np.repeat(np.linspace(1, 100, 40_000)[:, None], 3, 1)
+    weight = np.tile([1, 0, 0], (len(brightness), 1))
+    bound = ceilings(link, brightness, weight, np.full(3, np.inf))
+    np.testing.assert_allclose(bound[:2], 200, rtol=1e-3)

@@ -55,6 +55,11 @@ CASES = {
         '<emitter type="area"/></shape></scene>',
         "2e-12 m across",
     ),
+    "off_the_origin": (
+        '<scene version="3.0.0"><shape type="sphere"><point name="center" x="0" y="-200" z="0"/>'
+        '<emitter type="area"/></shape></scene>',
+        "move it to the origin",
+    ),
     "far_away": (
         '<scene version="3.0.0"><shape type="sphere"><point name="center" x="1e7" y="0" z="0"/>'
         '<emitter type="area"/></shape></scene>',
@@ -90,3 +95,38 @@ def test_a_place_that_cannot_be_written_is_refused_before_any_work(
     lines = capsys.readouterr().err.splitlines()
     assert len(lines) == 2
     assert all("cannot write" in line for line in lines)
+
+
+@pytest.mark.parametrize(
+    ("option", "value"),
+    [("--seed", "-1"), ("--seed", str(1 << 32)), ("--seed", "x"), ("--threads", "0"),
+     ("--threads", "-2"), ("--threads", "many")],
+)  # fmt: skip
+def test_numbers_that_cannot_be_are_refused_before_any_work(
+    option: str, value: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """They were tracebacks of NumPy and Torch, some of them after the light had been traced."""
+    with pytest.raises(SystemExit) as end:
+        main(["lamp.xml", "--output", str(tmp_path / "run"), option, value])
+    assert end.value.code == 2
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) == 1
+    assert f"{value}: give a whole number from" in lines[0]
+
+
+def test_the_largest_seed_is_one_for_all(mitsuba: Any, tmp_path: Path) -> None:
+    """Stages and steps are counted into it, and no generator of numbers takes all integers."""
+    import torch
+
+    from purelight_train import cli
+    from purelight_train.presets import DRAFT, Optimisation
+    from purelight_train.runs.run_directory import RunDirectory
+    from purelight_train.runs.stages import Stages
+
+    stages = Stages(RunDirectory(tmp_path), cli.SEEDS - 1, torch.device("cpu"), ())
+    stages.rng("light").random()
+    module = stages.build("any stage", lambda *_: torch.nn.Linear(1, 1), None, DRAFT)  # type: ignore[arg-type]
+    one = torch.ones(1, 1)
+    stages.train("x", module, lambda own: lambda _: own(one).square().mean(),
+                 Optimisation(2, 1, 1e-2))  # fmt: skip
+    assert (tmp_path / "networks" / "x.safetensors").is_file()

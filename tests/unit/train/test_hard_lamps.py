@@ -242,3 +242,17 @@ def test_smooth_emitters_are_warned_of(mitsuba: Any, tmp_path: Path) -> None:
     )
     with pytest.warns(UserWarning, match="smooth normals"):
         load_luminaire(path)
+
+
+@pytest.mark.parametrize("stray", [1e7, math.nan])
+def test_vertices_of_no_triangle_do_not_matter(mitsuba: Any, stray: float) -> None:
+    """A sheet with a vertex far away, or nowhere, is still seen from both sides."""
+    from purelight_train.light.exit_surface import visible_part
+
+    globe = trimesh.creation.icosphere(3)
+    corners = np.asarray(globe.vertices, np.float32)
+    faces = np.asarray(globe.faces, np.uint32)[globe.triangles_center[:, 2] < 0]
+    corners = np.concatenate(([[stray, 0, 0]], corners)).astype(np.float32)
+    surface = visible_part(corners, faces + 1, None, 1 << 16, np.random.default_rng(0))
+    assert surface.two_sided.all()
+    assert surface.sphere.radius == pytest.approx(1, abs=0.01)

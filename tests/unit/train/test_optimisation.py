@@ -1,4 +1,4 @@
-"""Optimisation: spikes of the loss and gradients that are not finite do no lasting harm."""
+"""Optimisation: bad gradients do no lasting harm, and what is interrupted goes on."""
 
 from __future__ import annotations
 
@@ -9,10 +9,14 @@ from typing import Any
 import numpy as np
 import pytest
 import torch
-from torch import Tensor
+from torch import Tensor, nn
 
+from purelight_format.errors import PureLightError
 from purelight_train.presets import Optimisation
+from purelight_train.runs import optimisation
 from purelight_train.runs.optimisation import Trace, UsualNorm, optimise
+from purelight_train.runs.run_directory import RunDirectory
+from purelight_train.runs.stages import Stages
 
 STEPS = 600
 
@@ -68,3 +72,96 @@ def test_the_limit_follows_the_gradients_down(tmp_path: Path) -> None:
     assert norm_after(1.0) == (True, pytest.approx(5e-3, rel=0.2))
     assert norm_after(0.02) == (False, pytest.approx(5e-3, rel=0.2))
     assert norm_after(1e-3)[0] is False
+
+
+class Killed(BaseException):
+    """What ends a process in a test."""
+
+
+SETTINGS = Optimisation(100, 1, 1e-2)
+
+
+def stages(folder: Path, *, early_stop: bool = False) -> Stages:
+    return Stages(RunDirectory(folder), 0, torch.device("cpu"), ("it",), early_stop)
+
+
+def objective(seen: list[float], broken_at: int = -1) -> Callable[[nn.Module], Any]:
+    """A loss with gradients that are not finite in each tenth step; it may end the process."""
+
+    def make(module: nn.Module) -> Any:
+        def loss(rng: np.random.Generator) -> Tensor:
+            if len(seen) == broken_at:
+                raise Killed
+            seen.append(0.0)
+            x = torch.from_numpy(rng.random((8, 4)).astype(np.float32))
+            value = ((module(x)[:, 0] - 1) ** 2).mean()
+            return value * (float("nan") if len(seen) % 10 == 0 else 1.0)
+
+        return loss
+
+    return make
+
+
+def network() -> nn.Module:
+    torch.manual_seed(0)
+    return nn.Linear(4, 1)
+
+
+def test_a_resumed_run_tells_of_all_its_steps(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Losses, skipped steps and seconds are those of the whole, not those since the last stop."""
+    monkeypatch.setattr(optimisation, "CHECKPOINT_SECONDS", -1.0)
+    records = []
+    for name, stop in (("whole", -1), ("stopped", 55)):
+        run, seen = stages(tmp_path / name), list[float]()
+        if stop > 0:
+            with pytest.raises(Killed):
+                run.train("it", network(), objective(seen, stop), SETTINGS)
+        run.train("it", network(), objective(seen), SETTINGS)
+        assert len(seen) == SETTINGS.steps
+        assert not list((tmp_path / name / "checkpoints").iterdir())
+        records.append(run.run.read_json("networks/it.json"))
+    whole, stopped = records
+    np.testing.assert_allclose(stopped["losses"], whole["losses"], rtol=1e-5)
+    assert len(whole["losses"]) == 90
+    assert stopped["skipped"] == whole["skipped"] == 10
+
+
+@pytest.mark.parametrize("early_stop", [False, True])
+def test_no_step_is_lost_while_a_network_is_finished(tmp_path: Path, *, early_stop: bool) -> None:
+    """Closing the flux of a large student takes minutes, its steps hours."""
+    run, seen, rest, module = stages(tmp_path, early_stop=early_stop), [], [], network()
+
+    def killed() -> None:
+        module.weight.data.fill_(9.0)
+        raise Killed
+
+    held_out = {"held_out": lambda _: lambda: 1.0}
+    with pytest.raises(Killed):
+        run.train("it", module, objective(seen), SETTINGS, killed, **held_out)
+    assert len(seen) < 30 if early_stop else len(seen) == SETTINGS.steps
+    again, finished = network(), []
+    run.train("it", again, objective(rest), SETTINGS, lambda: finished.append(1), **held_out)
+    assert (len(rest), len(finished)) == (0, 1)
+    assert float(again.weight.detach().max()) < 9
+    assert run.run.read_json("networks/it.json")["losses"]
+    assert not list((tmp_path / "checkpoints").iterdir())
+
+
+def test_a_damaged_checkpoint_is_told_in_one_line(tmp_path: Path) -> None:
+    file = tmp_path / "checkpoints" / "it.safetensors"
+    file.parent.mkdir()
+    file.write_bytes(b"half of")
+    with pytest.raises(PureLightError, match=r"it\.safetensors: unreadable: .*begins anew"):
+        stages(tmp_path).train("it", network(), objective([]), SETTINGS)
+
+
+def test_a_trial_writes_nothing_into_the_run(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """`purelight-size` tries networks over a run that may be another's, and read-only."""
+    monkeypatch.setattr(optimisation, "CHECKPOINT_SECONDS", -1.0)
+    module = network()
+    stages(tmp_path / "run").try_out("it", module, objective([])(module), SETTINGS)
+    assert not (tmp_path / "run").exists()

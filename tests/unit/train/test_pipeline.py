@@ -214,6 +214,44 @@ def test_networks_of_another_version_are_refused(run: Path, tmp_path: Path) -> N
         RunDirectory.open(copy).network("student", Student)
 
 
+@pytest.mark.parametrize("rest", [0.5, 0.0])
+def test_damaged_files_are_told_in_one_line(run: Path, tmp_path: Path, rest: float) -> None:
+    """As a copy leaves them that broke off."""
+    from purelight_format.errors import PureLightError
+    from purelight_train.runs.run_directory import RunDirectory
+
+    copy = tmp_path / "damaged"
+    shutil.copytree(run, copy)
+    for file in (copy / "networks" / "student.safetensors", copy / "surface.npz"):
+        data = file.read_bytes()
+        file.write_bytes(data[: int(rest * len(data))])
+    opened = RunDirectory.open(copy)
+    with pytest.raises(PureLightError, match=r"student\.safetensors: unreadable"):
+        opened.network("student", Student)
+    with pytest.raises(PureLightError, match=r"surface\.npz: unreadable"):
+        opened.read_arrays("surface.npz")
+    (copy / "description.json").write_text("{}")
+    with pytest.raises(PureLightError, match=r"description\.json: made by another version"):
+        _ = opened.description
+
+
+def test_a_run_whose_lamp_has_changed_is_not_used_further(run: Path, tmp_path: Path) -> None:
+    from purelight_format.errors import PureLightError
+    from purelight_train.runs.run_directory import RunDirectory
+    from purelight_train.sizes.right_size import right_size
+
+    copy, scene = tmp_path / "run", tmp_path / "lamp.xml"
+    shutil.copytree(run, copy)
+    opened = RunDirectory.open(copy)
+    scene.write_text(Path(opened.config["luminaire"]).read_text().replace("0.01", "0.02"))
+    opened.write_json("config.json", opened.config | {"luminaire": str(scene)})
+    with pytest.raises(PureLightError, match=r"lamp\.xml: is not what .*run was trained of"):
+        right_size(copy, tmp_path / "small", 1.0, "cpu")
+    scene.unlink()
+    with pytest.raises(PureLightError, match=r"lamp\.xml: no such file"):
+        right_size(copy, tmp_path / "small", 1.0, "cpu")
+
+
 def test_right_size(run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A loose target takes the smallest student, in a run that exports like any other."""
     from purelight_format.errors import PureLightError

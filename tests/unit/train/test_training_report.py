@@ -222,3 +222,47 @@ def test_page_warns(tmp_path: Path) -> None:
     for text in ("3 steps of the student", "7 light paths", "10.0 %", "has not learned"):
         assert text in page, text
     assert page.count('class="warning"') == 4
+
+
+def test_a_lamp_thinner_than_a_pixel_has_figures_too(mitsuba: Any) -> None:
+    """A wire of a metre: they were not numbers, and the whole verdict was lost with them."""
+    import json
+
+    from purelight_format.verdict import figures
+    from purelight_train.light.description import Description
+    from purelight_train.light.exit_surface import visible_part
+    from purelight_train.light.luminaire import scene_triangles
+    from purelight_train.report.views import LampViews
+    from purelight_train.verdict.look import Look, views
+    from purelight_train.verdict.measure import looked_figures
+
+    emitter = {"type": "area", "radiance": {"type": "rgb", "value": RADIANCE.tolist()}}
+    for radius in (1e-3, 3e-4):
+        wire = {
+            "type": "cylinder", "p0": [-0.5, 0, 0], "p1": [0.5, 0, 0], "radius": radius,
+            "emitter": emitter,
+        }  # fmt: skip
+        scene = mitsuba.load_dict({"type": "scene", "wire": wire})
+        rng = np.random.default_rng(0)
+        surface = visible_part(*scene_triangles(scene), 1 << 16, rng)
+        flux = tuple(float(x) for x in np.pi * surface.area * RADIANCE)
+        description = Description(
+            surface.sphere, flux, (0.0,) * 3, 2.0, (True,) * 3, surface.area, 1
+        )
+
+        def radiance(position: Any, *_: Any) -> Any:
+            return np.broadcast_to(RADIANCE, position.shape).copy()
+
+        shown = views(scene, surface.sphere, surface, radiance, 1 << 18, 1, 0)
+        found = looked_figures(Look(shown))
+        assert found is not None
+        assert all(np.isfinite(list(vars(found).values())))
+        assert found.error < 0.5
+        verdict = {
+            "photons": 1, "accurate": {**dict.fromkeys(("within", "noise", "mean", "pattern"), 0),
+                                       "zones": dict.fromkeys(figures.ZONES, 0)},
+            "share": dict.fromkeys(figures.ZONES, 0), "pattern": 0, "look": vars(found),
+        }  # fmt: skip
+        assert figures.read(json.loads(json.dumps(verdict))) is not None
+        page = "".join(row.html() for row in LampViews(description, surface, shown).rows())
+        assert not re.search(r">nan\b", page)

@@ -265,7 +265,10 @@ def visible_part(
     one) close the pinholes that are left.
     """
     solid = proper(positions, triangles)
-    triangles = triangles[solid]
+    # Vertices of no triangle may be anywhere
+    used, compact = np.unique(triangles[solid], return_inverse=True)
+    positions, triangles = positions[used], compact.reshape(-1, 3).astype(np.uint32)
+    vertex_normals = None if vertex_normals is None else vertex_normals[used]
     whole = ExitSurface(positions, triangles, np.zeros(len(triangles), bool))
     origin, direction = inward_rays(whole.sphere, rays, rng, cosine=True)
     hits = whole.intersect(origin, direction)

@@ -14,10 +14,10 @@ from purelight_train.report.difference import shown, shown_scale
 from purelight_train.report.grading import Grade, lamp_grade
 from purelight_train.report.page import Row, Shot
 from purelight_train.truth.metrics import Comparison, Mask
-from purelight_train.truth.picture import Image, Picture, means
+from purelight_train.truth.picture import Image, Picture
 from purelight_train.truth.views import field_view
 from purelight_train.verdict.light import ratio
-from purelight_train.verdict.look import BLOCK, View
+from purelight_train.verdict.look import BLOCK, View, blocks_of
 
 DARK = 0.01  # of the mean of all views: a view that has less is of the lamp's dark side
 TEACHER_SPP = 2  # a teacher is slow to ask
@@ -46,7 +46,7 @@ class LampViews:
         return [self._row(grade, level, *each) for each in zip(TITLES, self.views, strict=True)]
 
     def _row(self, grade: Grade, level: float, title: str, view: View) -> Row:
-        mask = means(view.mask, BLOCK) > 0.5
+        mask = blocks_of(view.mask)
         fields = {"Student": view.student}
         if self.teacher is not None:
             rng = np.random.default_rng(4)

@@ -54,7 +54,8 @@ def set_ceiling(
 
     No radiance outside a lamp is larger than that of its emitters, nor than the student's own where
     held-out light left. Emitters without area have no largest radiance; then the brightest part
-    `BRIGHTER` of the held-out power may be the student's own error and is left out.
+    `BRIGHTER` of the held-out power may be the student's own error and is left out. Of a channel
+    of so little light that none was held out, all places count alike.
 
     Arguments:
         radiance: the student's, in W/(m² sr): three of [N, 3] -> [N, 3].
@@ -64,8 +65,10 @@ def set_ceiling(
     value = radiance(held_out.position, held_out.normal, held_out.direction).astype(np.float64)
     unit = (student.scale * student.gain).cpu().double().numpy()
     for c in np.flatnonzero(student.channels.cpu().numpy()):
-        lit = held_out.weight[:, c] > 0
-        seen, power = value[lit, c], held_out.weight[lit, c].astype(np.float64)
+        power = held_out.weight[:, c].astype(np.float64)
+        if not power.any():
+            power[:] = 1.0
+        seen, power = value[power > 0, c], power[power > 0]
         bound = brightest[c] if np.isfinite(brightest[c]) else _quantile(seen, power, 1 - BRIGHTER)
         bound = HEADROOM * min(bound, seen.max()) / unit[c]
         log = np.log(bound) if student.link == "log" else np.log1p(bound)

@@ -11,9 +11,11 @@ from typing import Any, Protocol
 
 import numpy as np
 import torch
+from safetensors import SafetensorError
 from safetensors.torch import load_file
 from torch import Tensor, nn
 
+from purelight_format.errors import PureLightError
 from purelight_train.presets import Optimisation
 from purelight_train.runs.early_stop import EarlyStop
 from purelight_train.runs.run_directory import RunDirectory
@@ -35,16 +37,18 @@ class Progress(Protocol):
 class Trace:
     """Losses, one mean per hundredth of the run, and steps skipped for non-finite gradients.
 
-    `spikes` counts the steps skipped because their gradient was far too long (`UsualNorm`).
+    `spikes` counts the steps skipped because their gradient was far too long (`UsualNorm`), and
+    `step_seconds` the time that all steps took. A resumed run goes on counting.
     """
 
     losses: list[float] = field(default_factory=list)
     skipped: int = 0
     spikes: int = 0
+    step_seconds: float = 0.0
 
     def to_dict(self) -> dict[str, Any]:
         """A JSON-ready form."""
-        return asdict(self)
+        return asdict(self) | {"step_seconds": round(self.step_seconds, 2)}
 
 
 class UsualNorm:
@@ -90,6 +94,8 @@ def optimise(
     checkpoint: Path,
     progress: Progress,
     stop: EarlyStop | None = None,
+    *,
+    keep: bool = False,
 ) -> Trace:
     """Minimise `loss` over the module's parameters.
 
@@ -101,15 +107,23 @@ def optimise(
         loss: takes the step's random generator and returns a scalar.
         checkpoint: file for unfinished work; continued from if present, removed at the end.
         stop: may end it before all steps are taken.
+        keep: leave a checkpoint after all steps, for a caller who has more to do, and removes it.
+
+    Raises:
+        PureLightError: the checkpoint cannot be read.
     """
     parameters = [p for p in module.parameters() if p.requires_grad]
     adam = torch.optim.Adam(parameters, betas=(0.9, 0.99), eps=1e-12, fused=True)
     usual = UsualNorm()
-    first = _restore(checkpoint, module, adam, parameters, usual)
-    trace, recent, saved = Trace(), [], time.monotonic()
+    trace, recent = Trace(), list[float]()
+    first = _restore(checkpoint, module, adam, parameters, usual, trace, recent)
+    done = settings.steps
+    begun = saved = time.monotonic()
+    before = trace.step_seconds
     for step in range(first, settings.steps):
         factor = stop.factor(step, settings.steps) if stop else 1.0
         if factor == 0:
+            done = step
             break
         for group in adam.param_groups:
             group["lr"] = factor * learning_rate(step, settings)
@@ -131,12 +145,16 @@ def optimise(
             progress(step + 1, trace.losses[-1])
             if stop:
                 stop.check(step + 1, settings.steps)
+        trace.step_seconds = before + time.monotonic() - begun
         if time.monotonic() - saved > CHECKPOINT_SECONDS:
-            _store(checkpoint, module, adam, parameters, usual, step + 1)
+            _store(checkpoint, module, adam, parameters, usual, step + 1, trace, recent)
             saved = time.monotonic()
-    checkpoint.unlink(missing_ok=True)
-    if stop:
-        stop.done()
+    if keep:
+        _store(checkpoint, module, adam, parameters, usual, done, trace, recent)
+    else:
+        checkpoint.unlink(missing_ok=True)
+        if stop:
+            stop.done()
     module.eval()
     return trace
 
@@ -148,12 +166,17 @@ def _store(
     parameters: Sequence[Tensor],
     usual: UsualNorm,
     step: int,
+    trace: Trace,
+    recent: list[float],
 ) -> None:
     tensors = {f"module.{k}": v for k, v in module.state_dict().items()}
     for i, parameter in enumerate(parameters):
         tensors |= {f"adam.{i}.{k}": v for k, v in adam.state[parameter].items()}
     norm = torch.tensor((usual.mean, usual.seen), dtype=torch.float64)
+    counts = torch.tensor((trace.skipped, trace.spikes, trace.step_seconds), dtype=torch.float64)
+    losses, rest = (torch.tensor(v, dtype=torch.float64) for v in (trace.losses, recent))
     tensors |= {"step": torch.tensor(step), "norm": norm}
+    tensors |= {"losses": losses, "recent": rest, "counts": counts}
     RunDirectory.save_tensors(path, tensors)
 
 
@@ -163,10 +186,17 @@ def _restore(
     adam: torch.optim.Adam,
     parameters: Sequence[Tensor],
     usual: UsualNorm,
+    trace: Trace,
+    recent: list[float],
 ) -> int:
     if not path.is_file():
         return 0
-    tensors = load_file(path)
+    try:
+        tensors = load_file(path)
+    except SafetensorError as error:
+        raise PureLightError(
+            f"{path}: unreadable: {error}; remove it, and this network begins anew"
+        ) from None
     prefix = "module."
     module.load_state_dict(
         {k.removeprefix(prefix): v for k, v in tensors.items() if k.startswith(prefix)}
@@ -178,4 +208,8 @@ def _restore(
             if f"adam.{i}.{k}" in tensors
         }
     usual.mean, usual.seen = float(tensors["norm"][0]), int(tensors["norm"][1])
+    if "counts" in tensors:  # Not in checkpoints of before.
+        trace.losses, recent[:] = tensors["losses"].tolist(), tensors["recent"].tolist()
+        skipped, spikes, trace.step_seconds = tensors["counts"].tolist()
+        trace.skipped, trace.spikes = int(skipped), int(spikes)
     return int(tensors["step"])

@@ -16,7 +16,7 @@ from purelight_format.ray_file.files import is_ray_file
 from purelight_train.learning.teacher import Teacher
 from purelight_train.light.luminaire import Luminaire, scene_digest
 from purelight_train.light.measured_luminaire import MeasuredLuminaire, ray_digest
-from purelight_train.light.virtual_surface import AUTO
+from purelight_train.light.virtual_surface import AUTO, START, TIGHT
 from purelight_train.networks.student import Student
 from purelight_train.presets import Preset
 from purelight_train.runs.anchor_choice import choose_anchor
@@ -141,15 +141,16 @@ def start(
         raise PureLightError(f"{scene}: a scene has its own exit surface; leave --exit-surface out")
     if not scene.is_file():
         raise PureLightError(f"{scene}: no such file; give a Mitsuba 3 scene (.xml) of a lamp")
-    config = {
+    config: dict[str, Any] = {
         "format": 1,
         "luminaire": str(scene.resolve()),
-        "digest": ray_digest(scene) if measured else scene_digest(scene),
+        "digest": _digest(scene),
         "route": route,
         "anchor": anchor,
         "seed": seed,
-        **({"exit_surface": exit_surface} if measured else {}),
+        **(_surface_of(exit_surface) if measured else {}),
     }
+    exit_surface = config.get("exit_surface", AUTO)
     left_out = ("verdict", *TRANSPARENCY.stages) if measured else ("verdict",) if not judged else ()
     stages = Stages(run, seed, torch.device(device), stage_names(route, left_out), early_stop)
     if (output / "config.json").is_file():
@@ -167,6 +168,21 @@ def start(
     return Training(ROUTES[route](lamp, chosen, stages))
 
 
+def _digest(scene: Path) -> str:
+    """Of a lamp's scene, or of measured rays."""
+    return ray_digest(scene) if is_ray_file(scene) else scene_digest(scene)
+
+
+def _surface_of(choice: str) -> dict[str, str]:
+    """What a configuration says of the exit surface of measured rays, a mesh file's digest too."""
+    if choice in (AUTO, START, TIGHT):
+        return {"exit_surface": choice}
+    mesh = Path(choice).resolve()  # A run is used from other folders too.
+    if not mesh.is_file():
+        raise PureLightError(f"{choice}: no such file; give a mesh in metres (.ply, .obj, .stl)")
+    return {"exit_surface": str(mesh), "surface_digest": ray_digest(mesh)}
+
+
 def _continue(
     scene: Path, stages: Stages, config: dict[str, Any], preset: Preset, *, resume: bool
 ) -> Training:
@@ -178,7 +194,7 @@ def _continue(
     anchor = run.preset.anchor if config["anchor"] == "auto" else config["anchor"]
     chosen = preset.for_route(route, anchor=anchor)
     asked = config | {"preset": chosen.to_dict()}
-    keys = ("digest", "seed", "route", "anchor", "preset", "exit_surface")
+    keys = ("digest", "seed", "route", "anchor", "preset", "exit_surface", "surface_digest")
     changed = [key for key in keys if old.get(key) != asked.get(key)]
     if changed:
         raise PureLightError(
@@ -199,14 +215,31 @@ def _spare(lamp: TracedLamp, preset: Preset) -> None:
 
 
 def reopen(run: RunDirectory, scene: Path, device: str = "cpu") -> Training:
-    """A run as it was started, to look at what it made or to use it further."""
+    """A run as it was started, to look at what it made or to use it further.
+
+    Raises:
+        PureLightError: the lamp is not there any more, or is another by now.
+    """
     config, preset = run.config, run.preset
+    _require_unchanged(run, scene, config)
     stages = Stages(run, config["seed"], torch.device(device), stage_names(config["route"]))
     route = ROUTES[config["route"]]
     lamp = TracedLamp(
         scene, preset.paths, stages, config.get("exit_surface", AUTO), preset.tolerance
     )
     return Training(route(lamp, preset, stages))
+
+
+def _require_unchanged(run: RunDirectory, scene: Path, config: dict[str, Any]) -> None:
+    """Refuse a lamp that is not what a run was trained of: networks would not fit it."""
+    if not scene.is_file():
+        raise PureLightError(f"{scene}: no such file; {run.path} was trained of it")
+    surface = config.get("exit_surface", AUTO)
+    same = _digest(scene) == config["digest"]
+    if same and "surface_digest" in config:
+        scene, same = Path(surface), config == config | _surface_of(surface)
+    if not same:
+        raise PureLightError(f"{scene}: is not what {run.path} was trained of; train it again")
 
 
 def stage_names(route: str, left_out: Collection[str] = ()) -> tuple[str, ...]:

@@ -22,9 +22,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path, PurePath
 from typing import Any, TypeVar
+from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
+from safetensors import SafetensorError
 from safetensors.torch import load_file, save
 from torch import Tensor, nn
 
@@ -80,9 +82,16 @@ class RunDirectory:
         atomic.write_bytes(self.path / name, (json.dumps(data, indent=2) + "\n").encode())
 
     def read_arrays(self, name: str) -> dict[str, NDArray[Any]]:
-        """Arrays of an .npz member."""
-        with np.load(self.path / name, allow_pickle=False) as data:
-            return {key: data[key] for key in data.files}
+        """Arrays of an .npz member.
+
+        Raises:
+            PureLightError: it cannot be read.
+        """
+        try:
+            with np.load(self.path / name, allow_pickle=False) as data:
+                return {key: data[key] for key in data.files}
+        except (OSError, EOFError, ValueError, BadZipFile) as error:
+            raise PureLightError(f"{self.path / name}: unreadable: {error}") from None
 
     def write_arrays(self, name: str, **arrays: NDArray[Any]) -> None:
         """Write an .npz member crash-safely."""
@@ -115,7 +124,13 @@ class RunDirectory:
 
     @property
     def description(self) -> Description:
-        return Description.from_dict(self.read_json("description.json")).scaled(self.power)
+        try:
+            found = Description.from_dict(self.read_json("description.json"))
+        except (KeyError, TypeError):
+            raise PureLightError(
+                f"{self.path / 'description.json'}: made by another version; train again"
+            ) from None
+        return found.scaled(self.power)
 
     @property
     def finishes(self) -> tuple[Finish, ...]:
@@ -174,10 +189,12 @@ class RunDirectory:
         """Load a trained network's tensors into `module`.
 
         Raises:
-            PureLightError: they are another network's.
+            PureLightError: they are another network's, or cannot be read.
         """
         try:
             module.load_state_dict(load_file(self.tensor_file(name)))
+        except (OSError, SafetensorError) as error:
+            raise PureLightError(f"{self.tensor_file(name)}: unreadable: {error}") from None
         except RuntimeError:
             raise PureLightError(
                 f"{self.tensor_file(name)}: made by another version; train again"

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import tempfile
 import time
 import zlib
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
@@ -85,6 +87,9 @@ class Stages:
     ) -> None:
         """Optimise a network, or load it when an earlier run finished it.
 
+        The checkpoint of the last step goes when the network is stored, so that a run which is
+        interrupted while `finish` works loses no steps.
+
         Arguments:
             loss: makes the objective; called only when there is something to optimise.
             finish: called before the network is stored.
@@ -96,26 +101,28 @@ class Stages:
             return
         objective, seed = loss(module), self.seed * 1009 + number(name)
         checkpoint = self.run.path / "checkpoints" / f"{name}.safetensors"
-        stop = None
+        stop, state = None, checkpoint.with_suffix(".stop.json")
         if self.early_stop and held_out:
-            stop = EarlyStop(held_out(module), checkpoint.with_suffix(".stop.json"))
-        start = time.monotonic()
+            stop = EarlyStop(held_out(module), state)
         with self.bar(name, settings.steps, "step") as update:
-            trace = optimise(module, objective, settings, seed, checkpoint, update, stop)
-        stepped = time.monotonic() - start
+            trace = optimise(module, objective, settings, seed, checkpoint, update, stop, keep=True)
+        start = time.monotonic()
         finish()
-        record = {
-            "seconds": round(time.monotonic() - start, 2),
-            "step_seconds": round(stepped, 2),
-            **trace.to_dict(),
-        }
-        self.run.save(name, module, record)
+        seconds = trace.step_seconds + time.monotonic() - start
+        self.run.save(name, module, {"seconds": round(seconds, 2), **trace.to_dict()})
+        for file in (checkpoint, state):
+            file.unlink(missing_ok=True)
 
     def try_out(self, name: str, module: nn.Module, loss: Loss, settings: Optimisation) -> None:
-        """Optimise a network that the run may not keep; an interrupted one begins anew."""
-        checkpoint = self.run.path / "checkpoints" / "trial.safetensors"
-        checkpoint.unlink(missing_ok=True)
-        with Bar(name, settings.steps, "step", lambda _: None) as update:
+        """Optimise a network that the run may not keep; an interrupted one begins anew.
+
+        Nothing is written into the run, which may be another's, or tried by two at once.
+        """
+        with (
+            tempfile.TemporaryDirectory() as folder,
+            Bar(name, settings.steps, "step", lambda _: None) as update,
+        ):
+            checkpoint = Path(folder) / "trial.safetensors"
             optimise(module, loss, settings, self.seed, checkpoint, update)
 
     def tensors(self, *arrays: NDArray[np.float32]) -> tuple[Tensor, ...]:

@@ -28,14 +28,18 @@ def field_view(
     """Picture of a radiance field on an exit surface, from `spp` rays a pixel (even).
 
     Returns:
-        the picture, and where at least half of a pixel's rays meet the lamp: [size, size].
+        the picture, and where at least half of a pixel's rays meet the lamp, or any of them if the
+        lamp is thinner than that everywhere: [size, size].
     """
     passes, cover = Passes(), np.zeros(lens.size**2)
     for _ in range(spp):
         value, met = seen(surface, radiance, *lens.rays(rng))
         passes.add(value.reshape(lens.size, lens.size, 3).astype(np.float64))
         cover += met
-    return passes.picture(), (2 * cover >= spp).reshape(lens.size, lens.size)
+    mask = 2 * cover >= spp
+    if not mask.any():
+        mask = cover > 0
+    return passes.picture(), mask.reshape(lens.size, lens.size)
 
 
 def path_traced(

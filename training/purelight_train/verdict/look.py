@@ -71,6 +71,17 @@ def views(
     return made
 
 
+def blocks_of(mask: Mask) -> Mask:
+    """Blocks that are mostly lamp; of a lamp that is thinner, those with any of it.
+
+    Arguments:
+        mask: of pixels, [H, W].
+    """
+    part = means(mask, BLOCK)
+    mostly: Mask = part > 0.5
+    return mostly if mostly.any() else part > 0
+
+
 def _further(progress: Callable[[int], None], before: int, done: int) -> None:
     progress(before + done)
 
@@ -136,5 +147,5 @@ class Look:
 
     @cached_property
     def _blocks(self) -> tuple[Picture, Picture, Mask]:
-        mask = means(self.mask, BLOCK) > 0.5
+        mask = blocks_of(self.mask)
         return self.student.blocks(BLOCK), self.truth.blocks(BLOCK), mask

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import math
 import time
 from array import array
 from collections.abc import Iterator
@@ -40,7 +41,8 @@ def frames(
     """Pictures of the scene in the folder once they have so many samples a pixel, or more.
 
     LuxCore is only looked at while it renders, so that a frame may have more samples than asked
-    for; one that would have less than twice those of the frame before is left out.
+    for; one that would have less than twice those of the frame before is left out. Where that
+    leaves but one, a second has twice its samples: noise is told by two.
 
     Arguments:
         engine: BIDIRCPU, or another of LuxCore's to compare with.
@@ -52,16 +54,23 @@ def frames(
     start = time.perf_counter()
     width, height, session = _session(lux, folder, seed, threads, engine)
     session.Start()
-    warm_up, last = time.perf_counter() - start, 0.0
-    for wanted in samples:
-        if wanted < 2 * last:
-            continue
-        count, seconds = _wait(session, wanted * width * height)
-        last = count / (width * height)
-        yield Frame(
-            _picture(lux, session, width, height), max(round(last), 1), seconds, warm_up,
-            peak_megabytes(),
+    warm_up, begun = time.perf_counter() - start, time.process_time()
+    last, made = 0.0, 0
+
+    def frame(wanted: float) -> Frame:
+        nonlocal last, made
+        count, seconds = _wait(session, math.ceil(wanted * width * height))
+        last, made = count / (width * height), made + 1
+        return Frame(
+            _picture(lux, session, width, height), max(round(last), made), seconds, warm_up,
+            peak_megabytes(), time.process_time() - begun,
         )  # fmt: skip
+
+    for wanted in samples:
+        if wanted >= 2 * last:
+            yield frame(wanted)
+    if made == 1 and len(samples) > 1:
+        yield frame(2 * last)
 
 
 def _library() -> Any:
