@@ -979,6 +979,7 @@ export const VERDICT = {
     "by_heart": 0.05
   },
   "larger": {
+    "sketch": "draft",
     "draft": "standard",
     "standard": "paper"
   },
