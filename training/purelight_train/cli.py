@@ -9,6 +9,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from purelight_format import atomic, command
+from purelight_format.errors import PureLightError
+from purelight_format.ray_file.files import is_ray_file
 from purelight_format.verdict.figures import read
 from purelight_format.verdict.words import judge
 from purelight_import import options
@@ -116,6 +118,10 @@ def _run(arguments: argparse.Namespace, device: str) -> int:
         preset = replace(preset, tolerance=arguments.tolerance)
     anchor = arguments.anchor or ("auto" if arguments.route == "photons" else "none")
     with scene_of(arguments.luminaire, arguments.output, options.Options.of(arguments)) as lamp:
+        if arguments.tolerance is not None and is_ray_file(lamp.scene):
+            raise PureLightError(
+                f"{lamp.scene}: the surface around rays is not simplified; leave --tolerance out"
+            )
         training = start(
             lamp.scene, arguments.output, preset, arguments.seed, device,
             resume=arguments.resume, route=arguments.route, anchor=anchor,

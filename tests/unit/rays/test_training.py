@@ -26,6 +26,7 @@ from tests.support.rays import ball
 
 use()
 
+from purelight_train.cli import main as train  # noqa: E402
 from purelight_train.light.measured_luminaire import load_measured  # noqa: E402
 from purelight_train.presets import Optimisation  # noqa: E402
 from purelight_train.report.training import write_report  # noqa: E402
@@ -125,6 +126,15 @@ def test_an_exit_surface_is_for_rays_alone(tmp_path: Path) -> None:
     with pytest.raises(PureLightError, match="has its own exit surface"):
         start(tiny.write(tmp_path), tmp_path / "run", SHORT, 0, "cpu", resume=False,
               exit_surface="tight")  # fmt: skip
+
+
+def test_the_surface_around_rays_is_not_simplified(
+    trained: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = [str(trained / "ball.tm25ray"), "--output", str(trained / "simple"), "--device", "cpu"]
+    assert train([*words, "--tolerance", "1e-3"]) == 2
+    assert "leave --tolerance out" in capsys.readouterr().err
+    assert not (trained / "simple").exists()
 
 
 def test_a_run_goes_on_only_with_the_same_rays(trained: Path) -> None:

@@ -44,6 +44,12 @@ CASES = {
         '<rgb name="radiance" value="-1, 1, 1"/></emitter></shape></scene>',
         "negative radiance",
     ),
+    "endless": (
+        '<scene version="3.0.0"><shape type="sphere"><emitter type="area"/></shape>'
+        '<shape type="sphere"><emitter type="area" id="sun"><rgb name="radiance" '
+        'value="inf, 1, 1"/></emitter></shape></scene>',
+        "emitter 'sun' has radiance that is not finite",
+    ),
     "blackbody": (
         '<scene version="3.0.0"><shape type="sphere"><emitter type="area"><spectrum '
         'name="radiance" type="blackbody"><float name="temperature" value="2700"/></spectrum>'

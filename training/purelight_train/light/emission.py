@@ -57,6 +57,16 @@ class Emission:
 
     def power(self) -> NDArray[np.float64]:
         """Power that each emitter sends out in W per channel: [E, 3]."""
+        weight = self._pilot_weights()
+        return np.where(np.isfinite(weight), weight, 0).mean(2).T
+
+    def broken(self) -> NDArray[np.float64]:
+        """Share of each emitter's rays whose power is not finite: [E]."""
+        share: NDArray[np.float64] = (~np.isfinite(self._pilot_weights())).any(0).mean(1)
+        return share
+
+    def _pilot_weights(self) -> NDArray[np.float64]:
+        """Power of the same few rays of every emitter, in W: [3, E, rays]."""
         count = len(self.probability)
         rays = max(LEAST_PILOT_RAYS, PILOT_RAYS // count)
         sampler = mi.load_dict({"type": "independent"})
@@ -65,7 +75,7 @@ class Emission:
             mi.EmitterPtr, self.emitters, dr.arange(mi.UInt32, count * rays) // rays
         )
         weight = np.array(self._emit(emitter, sampler).weight, np.float64)
-        return np.where(np.isfinite(weight), weight, 0).reshape(3, count, rays).mean(2).T
+        return weight.reshape(3, count, rays)
 
     def brightest(self) -> NDArray[np.float64]:
         """Largest radiance of the emitters in W/(m² sr) per channel, [3]; infinite without area.

@@ -36,6 +36,7 @@ RAY_HULL_SIDES = 96
 # Radii from the origin. There light is 0.4 % wrong for want of digits, 3 % at a thousand, and at
 # ten thousand rays jump over walls
 FARTHEST = 100
+MOSTLY = 0.5  # of an emitter's rays; a few that are not finite are dropped and told
 SECTIONS = 128  # of analytic disks and cylinders
 
 
@@ -192,8 +193,8 @@ def _check_size(path: Path, surface: ExitSurface) -> None:
 
 
 def _check_radiance(luminaire: Luminaire) -> None:
-    """Refuse emitters that take light away, or whose radiance has no R, G and B."""
-    path = luminaire.path
+    """Refuse emitters that take light away, or whose radiance has no R, G and B or no end."""
+    path, emitters = luminaire.path, luminaire.scene.emitters()
     try:
         power = luminaire.emission.power()
     except RuntimeError as error:
@@ -202,8 +203,13 @@ def _check_radiance(luminaire: Luminaire) -> None:
             f"{path}: an emitter has no radiance in R, G and B; give it as <rgb> ({reason})"
         ) from None
     if negative := np.flatnonzero((power < 0).any(1)).tolist():
-        name = luminaire.scene.emitters()[negative[0]].id()
+        name = emitters[negative[0]].id()
         raise PureLightError(f"{path}: emitter '{name}' has negative radiance; give zero or more")
+    if broken := np.flatnonzero(luminaire.emission.broken() > MOSTLY).tolist():
+        name = emitters[broken[0]].id()
+        raise PureLightError(
+            f"{path}: the radiance of emitter '{name}' is not finite; give numbers"
+        )
 
 
 def _check_glass(scene: mi.Scene, surface: ExitSurface) -> None:
