@@ -48,7 +48,7 @@ CASES = {
         '<scene version="3.0.0"><shape type="sphere"><emitter type="area"/></shape>'
         '<shape type="sphere"><emitter type="area" id="sun"><rgb name="radiance" '
         'value="inf, 1, 1"/></emitter></shape></scene>',
-        "emitter 'sun' has radiance that is not finite",
+        "the radiance of emitter 'sun' is not finite",
     ),
     "blackbody": (
         '<scene version="3.0.0"><shape type="sphere"><emitter type="area"><spectrum '
