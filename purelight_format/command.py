@@ -19,6 +19,7 @@ from purelight_format.issues import plain
 FAULT = 2
 PIPE_CLOSED = 141  # What a shell reports of a command that its reader's end has stopped.
 LONGEST = 2000
+SEEDS = 1 << 32  # What Mitsuba takes, and Torch once stages and steps are counted in.
 
 
 class Parser(argparse.ArgumentParser):
@@ -44,6 +45,25 @@ def number(low: float, high: float = math.inf) -> Callable[[str], float]:
         return value
 
     return read
+
+
+def whole(low: int, high: int | None = None) -> Callable[[str], int]:
+    """A type of arguments: whole numbers, both ends among them."""
+    wanted = f"from {low}" if high is None else f"from {low} to {high}"
+
+    def read(text: str) -> int:
+        try:
+            value = int(text)
+        except ValueError:
+            value = low - 1
+        if value < low or (high is not None and value > high):
+            raise argparse.ArgumentTypeError(f"{text}: give a whole number {wanted}")
+        return value
+
+    return read
+
+
+seed = whole(0, SEEDS - 1)
 
 
 def day(text: str) -> str:

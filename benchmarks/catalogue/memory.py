@@ -13,16 +13,13 @@ import argparse
 import subprocess
 import sys
 import tempfile
-from dataclasses import fields, replace
 from pathlib import Path
-from typing import Any
 
 from benchmarks.catalogue.lamps import write_lamps
 from benchmarks.catalogue.watch import watch
 from purelight_catalogue.jobs import TRAINING
-from purelight_mitsuba import platform
-from purelight_train import threads
-from purelight_train.presets import PRESETS, Optimisation, Preset
+from purelight_train.device import begin
+from purelight_train.presets import PRESETS
 
 STEPS = 600
 
@@ -60,26 +57,14 @@ def _measured(lamp: Path, preset: str) -> bool:
 
 def train(lamp: str, preset: str) -> None:
     """Train a lamp in this process, in few steps."""
-    threads.use(1)
-    platform.use("llvm_ad_rgb")
-    threads.use_for_tracing(1)
+    begin("cpu", 1)
     from purelight_train.runs.pipeline import start
 
+    shortened = PRESETS[preset].with_steps(lambda steps: min(steps, STEPS))
     start(
-        Path(lamp) / "lamp.xml", Path(lamp) / preset, shortened(PRESETS[preset]), 0, "cpu",
+        Path(lamp) / "lamp.xml", Path(lamp) / preset, shortened, 0, "cpu",
         resume=False, route="photons", anchor="auto",
     )()  # fmt: skip
-
-
-def shortened(preset: Preset) -> Preset:
-    """The preset with `STEPS` steps at most of each optimisation."""
-    parts = {field.name: getattr(preset, field.name) for field in fields(preset)}
-    shorter: dict[str, Any] = {
-        name: replace(part, steps=min(part.steps, STEPS))
-        for name, part in parts.items()
-        if isinstance(part, Optimisation)
-    }
-    return replace(preset, **shorter)
 
 
 if __name__ == "__main__":

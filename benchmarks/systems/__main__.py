@@ -34,7 +34,7 @@ RESULTS = Path(__file__).parents[1] / "results"
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the benchmark; returns 0, also if systems failed, or 2 after a one-line error."""
-    return command.run(COMMAND, lambda: _act(_parser().parse_args(argv)))
+    return command.run(COMMAND, lambda: _act(_options(argv)))
 
 
 def _parser() -> command.Parser:
@@ -65,17 +65,16 @@ def _parser() -> command.Parser:
 
 def measure(argv: Sequence[str]) -> int:
     """The measurement alone, without a report: what a job does."""
+    return command.run(COMMAND, lambda: _measure(_options(argv)))
 
-    def act() -> int:
-        options = _parser().parse_args(argv)
-        _check(options)
-        return _measure(options)
 
-    return command.run(COMMAND, act)
+def _options(argv: Sequence[str] | None) -> argparse.Namespace:
+    options = _parser().parse_args(argv)
+    _check(options)
+    return options
 
 
 def _act(options: argparse.Namespace) -> int:
-    _check(options)
     folder = options.output / options.scale
     if not options.report:
         if options.workers or options.scheduler:

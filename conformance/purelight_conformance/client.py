@@ -19,6 +19,7 @@ import numpy as np
 
 from purelight_conformance import protocol
 from purelight_format.errors import PureLightError
+from purelight_format.issues import plain
 
 
 class HostError(PureLightError):
@@ -216,5 +217,4 @@ class Client:
 
 def _line(value: Any, length: int) -> str:
     """A host's words as one line, without what a terminal would obey."""
-    text = " ".join(str(value).split())
-    return "".join(letter if letter.isprintable() else "?" for letter in text)[:length]
+    return plain(" ".join(str(value).split()), length)

@@ -26,7 +26,7 @@ from purelight_format import atomic, bundle, color
 from purelight_format.camera import Camera
 from purelight_format.errors import PureLightError
 from purelight_format.members import MANIFEST, PHOTOMETRY, PREVIEW
-from purelight_format.members.manifest import FAINTEST, Manifest, NetworkInfo
+from purelight_format.members.manifest import FAINTEST, LONGEST_NAME, Manifest, NetworkInfo, bright
 from purelight_format.members.surface import Surface
 from purelight_format.networks.golden import golden_vectors
 from purelight_format.networks.probes import Extent
@@ -43,7 +43,6 @@ from purelight_train.runs.run_directory import RunDirectory
 
 IES, EULUMDAT = PHOTOMETRIC = ("ies", "ldt")
 PREVIEW_SIZE = 256
-LONGEST_NAME = 200  # Characters; a manifest takes no more.
 IN_WATTS = ("flux_error", "student_flux", "student_flux_error")
 MEASURED = ("rays", "exit_surface", "colors", "not_carried", "relative_error")
 FIDELITY = (*IN_WATTS, "held_out_gain_nats")
@@ -140,7 +139,7 @@ def power(run: RunDirectory, wanted: float) -> float:
         raise PureLightError(f"{run.path}: the lamp gives no light, so it cannot have --lumens")
     factor, about = wanted / traced, run.description
     light = [factor * x for x in (*about.flux, about.radiance_scale) if x > 0]
-    if not FAINTEST <= min(light) <= max(light) <= 1 / FAINTEST:
+    if not all(map(bright, light)):
         raise PureLightError(
             f"--lumens {wanted:g}: a bundle cannot hold light so "
             f"{'faint' if min(light) < FAINTEST else 'strong'}; give another number"

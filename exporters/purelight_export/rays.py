@@ -12,7 +12,7 @@ import numpy as np
 from purelight_format.color import LUMINANCE
 from purelight_format.errors import PureLightError
 from purelight_format.measures import flux_estimate
-from purelight_format.members.manifest import FAINTEST
+from purelight_format.members.manifest import bright
 from purelight_format.ray_file.conversion import file_of, rays_of
 from purelight_format.ray_file.files import is_ray_file, read_ray_file
 from purelight_format.ray_file.ray_file import LUMENS, WATTS, RayFile
@@ -68,7 +68,7 @@ def scaled_to(file: RayFile, lumens: float) -> RayFile:
     now = file.totals().get(LUMENS) or rays_of(file).lumens
     if not now > 0:
         raise PureLightError(f"{file.name}: gives no visible light, so it cannot have --lumens")
-    if not FAINTEST <= lumens / max(len(file), 1) <= lumens <= 1 / FAINTEST:
+    if not (bright(lumens) and bright(lumens / max(len(file), 1))):
         raise PureLightError(f"--lumens {lumens:g}: a ray file cannot hold it; give another number")
     factor[[name in FLUXES for name in file.columns]] = lumens / now
     stated = {name: value * lumens / now for name, value in file.stated.items()}

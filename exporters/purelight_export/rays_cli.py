@@ -13,7 +13,6 @@ from purelight_format.ray_file.files import SUFFIXES, require_name, write_ray_fi
 
 COMMAND = "purelight-rays"
 MOST = 1e9
-SEEDS = 1 << 32
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -50,7 +49,7 @@ def _parser() -> command.Parser:
     add("--count", type=_count, metavar="N",
         help="rays (default: a million; of a ray file, all)")  # fmt: skip
     add("--lumens", type=command.number(0), metavar="LM", help="luminous flux to scale them to")
-    add("--seed", type=_seed, default=0)
+    add("--seed", type=command.seed, default=0)
     return parser
 
 
@@ -60,10 +59,3 @@ def _count(text: str) -> int:
     if value < 1:
         raise argparse.ArgumentTypeError(f"{text}: give at least 1")
     return int(value)
-
-
-def _seed(text: str) -> int:
-    """A number that a generator of random numbers can begin with."""
-    if not text.isdecimal() or int(text) >= SEEDS:
-        raise argparse.ArgumentTypeError(f"{text}: give a whole number from 0 to {SEEDS - 1}")
-    return int(text)

@@ -15,6 +15,7 @@ from purelight_format.members.manifest_reader import Reader
 
 FORMAT_VERSION = "1.0"
 SMALLEST, LARGEST = 1e-6, 1e6  # Metres, and the latter radii.
+LONGEST_NAME = 200  # Characters.
 FAINTEST = 1e-30  # Watts, and W/(m² sr); float32 has nothing below 1e-38.
 UNITS = {
     "length": "m",
@@ -179,7 +180,7 @@ def examine(data: bytes, limits: Limits = LIMITS) -> tuple[Manifest | None, list
 def _read(reader: Reader, limits: Limits) -> Manifest:
     manifest = Manifest(
         format_version=reader.text("format_version"),
-        name=reader.text("name", 200),
+        name=reader.text("name", LONGEST_NAME),
         bounding_sphere=_read_sphere(reader.object("bounding_sphere")),
         flux=reader.vector("flux"),
         radiance_scale=reader.number("radiance_scale"),
@@ -228,16 +229,16 @@ def _require_sense(manifest: Manifest, reader: Reader) -> None:
     if not SMALLEST <= sphere.radius <= LARGEST or max(map(abs, sphere.center)) > LARGEST:
         reader.add("PLX_MANIFEST_SPHERE_INVALID", "bounding_sphere")
     channels = zip(manifest.flux, manifest.channels, strict=True)
-    if any(not _bright(flux) if present else flux != 0 for flux, present in channels):
+    if any(not bright(flux) if present else flux != 0 for flux, present in channels):
         reader.add("PLX_MANIFEST_FLUX_INVALID", "flux")
     if not any(manifest.channels):
         reader.add("PLX_MANIFEST_DARK", "channels")
-    if not _bright(manifest.radiance_scale):
+    if not bright(manifest.radiance_scale):
         reader.add("PLX_MANIFEST_SCALE_INVALID", "radiance_scale")
     if not 1 < manifest.r_max <= LARGEST:
         reader.add("PLX_MANIFEST_RMAX_INVALID", "r_max")
 
 
-def _bright(value: float) -> bool:
+def bright(value: float) -> bool:
     """Whether a quantity of light is far from what float32 cannot hold, or holds as zero."""
     return FAINTEST <= value <= 1 / FAINTEST

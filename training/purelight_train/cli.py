@@ -14,11 +14,10 @@ from purelight_format.ray_file.files import is_ray_file
 from purelight_format.verdict.figures import read
 from purelight_format.verdict.words import judge
 from purelight_import import options
-from purelight_train import threads
+from purelight_train.device import begin
 from purelight_train.presets import ANCHORS, PRESETS
 
 COMMAND = "purelight-train"
-SEEDS = 1 << 32  # what Mitsuba takes, and Torch once stages and steps are counted in
 LARGEST = 5e-3  # tolerance: half of what light may leave beside its surface
 
 
@@ -40,7 +39,7 @@ def _parser() -> command.Parser:
     )
     parser.add_argument("--mixed-precision", action="store_true",
                         help="train dense layers in bfloat16: for GPUs")  # fmt: skip
-    parser.add_argument("--seed", type=_seed, default=0, help="of all random numbers")
+    parser.add_argument("--seed", type=command.seed, default=0, help="of all random numbers")
     parser.add_argument("--early-stop", action="store_true",
                         help="end once the error on held-out light stops falling")  # fmt: skip
     parser.add_argument("--exit-surface", default="auto", metavar="WHERE",
@@ -58,7 +57,7 @@ def _parser() -> command.Parser:
                         help="write report.html into the run directory")  # fmt: skip
     parser.add_argument("--resume", action="store_true", help="continue an interrupted run")
     parser.add_argument("--device", choices=("auto", "cpu", "cuda"), default="auto")
-    parser.add_argument("--threads", type=threads.count, default=os.cpu_count() or 1,
+    parser.add_argument("--threads", type=command.whole(1), default=os.cpu_count() or 1,
                         help="CPU threads")  # fmt: skip
     options.add(parser)
     return parser
@@ -75,17 +74,6 @@ def _tolerance(text: str) -> float:
     return value
 
 
-def _seed(text: str) -> int:
-    """What seeds all random numbers."""
-    try:
-        value = int(text)
-    except ValueError:
-        value = -1
-    if not 0 <= value < SEEDS:
-        raise argparse.ArgumentTypeError(f"{text}: give a whole number from 0 to {SEEDS - 1}")
-    return value
-
-
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command; returns its exit code, 2 for a fault the user can mend."""
     return command.run(COMMAND, lambda: _train(_parser().parse_args(argv)))
@@ -93,17 +81,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _train(arguments: argparse.Namespace) -> int:
     atomic.check_folder(arguments.output)
-    threads.use(arguments.threads)
-    import torch
-
-    from purelight_mitsuba import platform
-
-    device = arguments.device
-    if device == "auto":
-        device = "cuda" if torch.cuda.is_available() else "cpu"
-    platform.use("llvm_ad_rgb" if device == "cpu" else "cuda_ad_rgb")
-    threads.use_for_tracing(arguments.threads)
-
+    device = begin(arguments.device, arguments.threads)
     with command.told(COMMAND):
         return _run(arguments, device)
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, fields, replace
 from typing import Any
 
 from purelight_format.errors import PureLightError
@@ -117,6 +118,16 @@ class Preset:
     def to_dict(self) -> dict[str, Any]:
         """A JSON-ready form of the preset."""
         return asdict(self)
+
+    def with_steps(self, change: Callable[[int], int]) -> Preset:
+        """The preset with other numbers of steps of each optimisation."""
+        parts = {field.name: getattr(self, field.name) for field in fields(self)}
+        other: dict[str, Any] = {
+            name: replace(part, steps=change(part.steps))
+            for name, part in parts.items()
+            if isinstance(part, Optimisation)
+        }
+        return replace(self, **other)
 
     @staticmethod
     def from_dict(data: dict[str, Any]) -> Preset:

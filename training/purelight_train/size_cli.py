@@ -29,7 +29,7 @@ def _parser() -> command.Parser:
         "--tier", choices=tuple(TIERS),
         help="the best networks that are portable: any GPU and shading language affords them",
     )  # fmt: skip
-    parser.add_argument("--threads", type=threads.count, default=os.cpu_count() or 1,
+    parser.add_argument("--threads", type=command.whole(1), default=os.cpu_count() or 1,
                         help="CPU threads")  # fmt: skip
     return parser
 

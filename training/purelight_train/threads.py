@@ -2,19 +2,7 @@
 
 from __future__ import annotations
 
-import argparse
 import os
-
-
-def count(text: str) -> int:
-    """A type of arguments: a number of threads."""
-    try:
-        value = int(text)
-    except ValueError:
-        value = 0
-    if value < 1:
-        raise argparse.ArgumentTypeError(f"{text}: give a whole number from 1")
-    return value
 
 
 def use(count: int) -> None:

@@ -12,7 +12,6 @@ from pathlib import Path
 from purelight_examples.gallery.settings import Settings
 from purelight_format import atomic, command
 from purelight_format.errors import PureLightError
-from purelight_train import threads
 from purelight_train.presets import PRESETS
 
 COMMAND = "purelight-gallery"
@@ -52,5 +51,5 @@ def _parser() -> command.Parser:
     add("--list", action="store_true", help="tell which lamps and rooms there are")
     add("--preset", choices=sorted(PRESETS), default="draft",
         help="of purelight-train; sketch is a first look")  # fmt: skip
-    add("--threads", type=threads.count, default=os.cpu_count() or 1, help="CPU threads")
+    add("--threads", type=command.whole(1), default=os.cpu_count() or 1, help="CPU threads")
     return parser

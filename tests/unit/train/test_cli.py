@@ -124,12 +124,12 @@ def test_the_largest_seed_is_one_for_all(mitsuba: Any, tmp_path: Path) -> None:
     """Stages and steps are counted into it, and no generator of numbers takes all integers."""
     import torch
 
-    from purelight_train import cli
+    from purelight_format import command
     from purelight_train.presets import DRAFT, Optimisation
     from purelight_train.runs.run_directory import RunDirectory
     from purelight_train.runs.stages import Stages
 
-    stages = Stages(RunDirectory(tmp_path), cli.SEEDS - 1, torch.device("cpu"), ())
+    stages = Stages(RunDirectory(tmp_path), command.SEEDS - 1, torch.device("cpu"), ())
     stages.rng("light").random()
     module = stages.build("any stage", lambda *_: torch.nn.Linear(1, 1), None, DRAFT)  # type: ignore[arg-type]
     one = torch.ones(1, 1)

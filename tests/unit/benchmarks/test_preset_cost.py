@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from benchmarks.paper_preset import part_of, stages, table
+from benchmarks.preset_cost import part_of, stages, table
 from purelight_train.presets import PAPER, PRESETS
 
 SECONDS = {"light": 10.0, "student": 30.0, "pilot": 4.0, "sampler": 6.0}

@@ -1,6 +1,6 @@
 """What a preset costs, from a share of its steps: every network and batch at its own size.
 
-python -m benchmarks.paper_preset --lamp lamp.xml [--preset paper] [--share 0.01] [--route photons]
+python -m benchmarks.preset_cost --lamp lamp.xml [--preset paper] [--share 0.01] [--route photons]
     [--anchor none] [--device auto] [--threads 2] [--mixed-precision] [--output out/bench]
 
 Trains the lamp with the preset's networks, batches, learning rates and samples, but with SHARE of
@@ -17,20 +17,19 @@ import argparse
 import json
 import os
 import sys
-from dataclasses import fields, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from purelight_format import atomic
+from purelight_format import atomic, command
 from purelight_format.errors import PureLightError
-from purelight_mitsuba import platform
-from purelight_train import threads
+from purelight_train.device import begin
 from purelight_train.presets import ANCHORS, PRESETS, Optimisation, Preset
 
 if TYPE_CHECKING:
     from purelight_train.runs.stages import Stages
 
-COMMAND = "benchmarks.paper_preset"
+COMMAND = "benchmarks.preset_cost"
 Figures = dict[str, Any]
 
 
@@ -45,7 +44,7 @@ def main() -> int:
     add("--route", choices=("photons", "teacher"), default="photons")
     add("--anchor", choices=tuple(ANCHORS), default="none")
     add("--device", choices=("cpu", "cuda", "auto"), default="auto")
-    add("--threads", type=int, default=os.cpu_count())
+    add("--threads", type=command.whole(1), default=os.cpu_count() or 1)
     add("--mixed-precision", action="store_true", help="dense layers in bfloat16")
     arguments = parser.parse_args()
     try:
@@ -61,14 +60,9 @@ def measure(arguments: argparse.Namespace) -> Figures:
     """Trains with a share of the steps; returns the figures, which it has written."""
     if not 0 < arguments.share <= 1:
         raise PureLightError("--share must be above 0 and at most 1")
-    threads.use(arguments.threads)
+    device = begin(arguments.device, arguments.threads)
     import torch
 
-    device = arguments.device
-    if device == "auto":
-        device = "cuda" if torch.cuda.is_available() else "cpu"
-    platform.use("llvm_ad_rgb" if device == "cpu" else "cuda_ad_rgb")
-    threads.use_for_tracing(arguments.threads)
     from purelight_train.runs.pipeline import start
 
     preset = replace(PRESETS[arguments.preset], mixed_precision=arguments.mixed_precision)
@@ -91,14 +85,9 @@ def measure(arguments: argparse.Namespace) -> Figures:
 
 def part_of(preset: Preset, share: float) -> Preset:
     """The preset with a share of the steps of each optimisation, and of a distillation's rays."""
-    parts = {field.name: getattr(preset, field.name) for field in fields(preset)}
-    fewer: Figures = {
-        name: replace(part, steps=max(1, round(share * part.steps)))
-        for name, part in parts.items()
-        if isinstance(part, Optimisation)
-    }
     rays = max(preset.student.batch, round(share * preset.distillation_samples))
-    return replace(preset, distillation_samples=rays, **fewer)
+    fewer = preset.with_steps(lambda steps: max(1, round(share * steps)))
+    return replace(fewer, distillation_samples=rays)
 
 
 def stages(
