@@ -19,6 +19,7 @@ from purelight_import.model.names import tidy
 from purelight_import.options import AUTO, Options
 from purelight_import.parts import emitters
 from purelight_import.parts.choice import LISTED, Named, chosen
+from purelight_import.parts.coordinates import placeable
 from purelight_import.parts.emitting_sides import facing_out
 from purelight_import.parts.glass import settled
 from purelight_import.parts.merging import merged
@@ -65,7 +66,7 @@ def read_lamp(path: str | Path, options: Options | None = None) -> tuple[Lamp, t
         PureLightError: the file cannot be taken, or the options do not fit it.
     """
     path, options = Path(path), options or Options()
-    lamp = formats.read(path)
+    lamp = placeable(formats.read(path))
     lamp = replace(lamp, name=_name(lamp, path, options))
     lamp, kept = placed(*_without(lamp, options), options.units, options.up)
     for line in room_lines(lamp):

@@ -3,7 +3,8 @@
 The normal that `Sphere.sample_position` gives for a point is not turned with the sphere, so a light
 tracer loses what it sends inwards. A sphere that is turned or mirrored has the same points as one
 that is not: those that shine are turned upright; whether they shine to the inside stays. A cylinder
-that is mirrored is seen to shine on one side, and light is drawn on the other.
+that is mirrored is seen to shine on one side, and light is drawn on the other. A mesh that shines
+by a picture and has no texture coordinates cannot be aimed at, and spoils every other scene too.
 """
 
 from __future__ import annotations
@@ -30,8 +31,8 @@ def load_scene(path: Path, **options: Any) -> mi.Scene:
         options: of `mi.load_file`.
 
     Raises:
-        PureLightError: a sphere that shines is turned and has a texture, or a cylinder that shines
-            is mirrored.
+        PureLightError: a sphere that shines is turned and has a texture, a cylinder that shines is
+            mirrored, or a mesh that shines by a picture has no texture coordinates.
         RuntimeError: Mitsuba does not take the file.
     """
     import mitsuba as mi
@@ -39,7 +40,11 @@ def load_scene(path: Path, **options: Any) -> mi.Scene:
     with reading():
         scene = mi.load_file(str(path.resolve()), **options)
     if isinstance(scene, mi.Scene):
-        mended = {+mi.ShapeType.Sphere: _turn_upright, +mi.ShapeType.Cylinder: _refuse_mirrored}
+        mended = {
+            +mi.ShapeType.Sphere: _turn_upright,
+            +mi.ShapeType.Cylinder: _refuse_mirrored,
+            +mi.ShapeType.Mesh: _refuse_unplaced,
+        }
         for shape in scene.shapes():
             if shape.is_emitter() and shape.shape_type() in mended:
                 mended[shape.shape_type()](shape)
@@ -70,6 +75,17 @@ def _refuse_mirrored(shape: mi.Shape) -> None:
         raise PureLightError(
             f"emitter '{shape.id()}' is a cylinder that is mirrored, whose light Mitsuba draws on "
             "the side that it does not show; turn it instead, or give it as a mesh"
+        )
+
+
+def _refuse_unplaced(shape: mi.Shape) -> None:
+    import mitsuba as mi
+
+    pictures = [key for key in mi.traverse(shape.emitter()).keys() if key.endswith("to_uv")]  # noqa: SIM118
+    if pictures and not shape.has_vertex_texcoords():
+        raise PureLightError(
+            f"emitter '{shape.id()}' shines by a picture, but its mesh has no texture coordinates; "
+            "give it some, or one radiance"
         )
 
 

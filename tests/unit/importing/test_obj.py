@@ -10,12 +10,13 @@ import pytest
 from PIL import Image
 
 from purelight_import.formats import read
-from purelight_import.importing import read_lamp
+from purelight_import.importing import import_lamp, read_lamp
 from purelight_import.model.lamp import Part
 from purelight_import.model.material import Material
 from purelight_import.model.picture import Picture
 from purelight_import.options import Options
 
+MAPS = ("map_Ke", "map_Kd", "map_d", "norm")
 VERTICES = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0.5 1.5 0\n"
 
 
@@ -166,3 +167,30 @@ def test_coordinates_beyond_any_lamp(tmp_path: Path, fault: Any) -> None:
     for far in ("1e200", "1e30"):
         (tmp_path / "lamp.obj").write_text(f"v 0 0 0\nv {far} 0 0\nv 0 {far} 0\nf 1 2 3")
         assert "mend the file" in fault(tmp_path / "lamp.obj", "--units", "m", "--emitter", "*")
+
+
+def test_pictures_that_nothing_places_are_their_means(tmp_path: Path) -> None:
+    glow = np.zeros((8, 8, 3), np.uint8)
+    glow[:, :2] = (255, 0, 255)
+    Image.fromarray(glow).save(tmp_path / "glow.png")
+    library = "newmtl M\nKe 1 1 1\n" + "".join(f"{m} glow.png\n" for m in MAPS)
+    (tmp_path / "lamp.mtl").write_text(library)
+    text = f"mtllib lamp.mtl\n{VERTICES}usemtl M\nf 1 2 3\n"
+    (tmp_path / "lamp.obj").write_text(text)
+    lamp, _ = read_lamp(tmp_path / "lamp.obj", Options(units="m", up="z"))
+    (part,) = lamp.parts
+    assert isinstance(part.material, Material)
+    np.testing.assert_allclose(part.radiance, [0.25, 0, 0.25])
+    np.testing.assert_allclose(part.material.base_color, [0.2, 0, 0.2])
+    assert part.material.normal is None
+    assert any("without texture coordinates" in line for line in lamp.notes.lines())
+
+
+def test_a_lamp_that_glows_by_such_a_picture_is_written(tmp_path: Path) -> None:
+    """Its portrait needs Mitsuba to aim at it."""
+    Image.fromarray(np.full((8, 8, 3), 255, np.uint8)).save(tmp_path / "glow.png")
+    (tmp_path / "lamp.mtl").write_text("newmtl M\nKe 1 1 1\nmap_Ke glow.png\n")
+    text = f"mtllib lamp.mtl\n{VERTICES}usemtl M\nf 1 2 3\n"
+    (tmp_path / "lamp.obj").write_text(text)
+    made = import_lamp(tmp_path / "lamp.obj", tmp_path / "out", Options(units="m", up="z"))
+    assert made.scene.with_suffix(".png").is_file()

@@ -145,6 +145,59 @@ def test_emission_and_its_texture(tmp_path: Path) -> None:
         np.testing.assert_allclose(np.array(hit.emitter(scene).eval(hit)).ravel(), expected)
 
 
+PANELS = """
+def Mesh "Panels" ( prepend apiSchemas = ["MaterialBindingAPI"] )
+{{
+    int[] faceVertexCounts = [4, 4]
+    int[] faceVertexIndices = [0, 1, 2, 3, 4, 5, 6, 7]
+    point3f[] points = [(-3, -1, 2), (-3, 1, 2), (-1, 1, 2), (-1, -1, 2),
+                        (1, -1, 2), (1, 1, 2), (3, 1, 2), (3, -1, 2)]
+    uniform token subdivisionScheme = "none"
+    texCoord2f[] primvars:st = {st} ( interpolation = "vertex" )
+    rel material:binding = </M>
+}}
+"""
+
+
+@pytest.mark.parametrize(
+    ("corners", "share"),
+    [
+        ([(0, 0), (0, 1), (1, 1), (1, 0)], 1),
+        ([(0, 0), (0, 2), (2, 2), (2, 0)], 1),
+        ([(0.25, 0.25)] * 4, 1.5),
+    ],
+    ids=["twice", "repeated", "one point"],
+)
+def test_all_of_a_glowing_picture_gives_light(
+    corners: list[tuple[float, float]], share: float, tmp_path: Path
+) -> None:
+    """Both panels show the picture; Mitsuba's textured light aims at one place of each pixel."""
+    picture = np.ones((2, 2, 3), np.float32)
+    picture[:, 0] = 3
+    write_exr(tmp_path / "map.exr", picture)
+    material, panels = MATERIAL[: MATERIAL.index("def Plane")], PANELS.format(st=corners * 2)
+    inputs = (".connect = </M/T.outputs:rgb>", " = (2, 2, 2)")
+    pictured, even = (
+        irradiance(tmp_path, material.format(inputs=f"color3f inputs:emissiveColor{v}") + panels)
+        for v in inputs
+    )
+    np.testing.assert_allclose(pictured, even * share, rtol=0.02)
+
+
+def test_a_texture_without_coordinates_is_read_at_one_point(tmp_path: Path) -> None:
+    """It glows as any light does, also seen by Mitsuba's own integrator."""
+    picture = np.arange(12, dtype=np.float32).reshape(2, 2, 3)
+    write_exr(tmp_path / "map.exr", picture)
+    sphere = MATERIAL.replace("Plane", "Sphere").replace("width = 10", "radius = 1")
+    found = loaded(
+        tmp_path, sphere.format(inputs="color3f inputs:emissiveColor.connect = </M/T.outputs:rgb>")
+    )
+    assert any("without texture coordinates" in note for note in found.notes)
+    image = mi.render(found.scene, integrator=mi.load_dict({"type": "path"}), spp=4)
+    middle = np.array(image)[image.shape[0] // 2, image.shape[1] // 2]
+    np.testing.assert_allclose(middle[:3], picture.mean((0, 1)), rtol=1e-5)
+
+
 def test_opacity_lets_light_through(tmp_path: Path) -> None:
     inputs = "float inputs:opacity = 0.25\n color3f inputs:diffuseColor = (0, 0, 0)"
     scene = loaded(tmp_path, MATERIAL.format(inputs=inputs)).scene

@@ -29,6 +29,10 @@ SPHERE = """
   <shape type="sphere" id="base"><point name="center" x="0.3" y="0.01" z="0"/>
     <float name="radius" value="0.01"/><bsdf type="diffuse"/></shape>"""
 ONE = '<rgb name="radiance" value="1"/>'
+TEXTURE = (
+    '<texture type="bitmap" name="radiance"><string name="filename" value="light.exr"/>'
+    '<boolean name="raw" value="true"/></texture>'
+)
 PATHS = 1 << 18
 
 pytestmark = pytest.mark.usefixtures("mitsuba")
@@ -69,13 +73,9 @@ def test_no_light_of_a_sphere_is_lost(tmp_path: Path, turn: str) -> None:
 def test_a_turned_sphere_with_a_texture_is_refused(tmp_path: Path) -> None:
     image = mi.Bitmap(np.ones((4, 4, 3), np.float32))
     image.write(str(tmp_path / "light.exr"))
-    texture = (
-        '<texture type="bitmap" name="radiance"><string name="filename" value="light.exr"/>'
-        '<boolean name="raw" value="true"/></texture>'
-    )
-    loaded(scene(tmp_path, TURNS["upright"], texture))
+    loaded(scene(tmp_path, TURNS["upright"], TEXTURE))
     with pytest.raises(PureLightError, match="'lit' is a sphere that is turned"):
-        loaded(scene(tmp_path, TURNS["turned"], texture))
+        loaded(scene(tmp_path, TURNS["turned"], TEXTURE))
 
 
 def cylinder(folder: Path, turn: str) -> Path:
@@ -92,3 +92,22 @@ def test_a_mirrored_cylinder_that_shines_is_refused(tmp_path: Path) -> None:
     """It is seen to shine outwards, and drawn to shine inwards."""
     with pytest.raises(PureLightError, match="'lit' is a cylinder that is mirrored"):
         loaded(cylinder(tmp_path, TURNS["mirrored and flipped"]))
+
+
+def test_a_picture_without_coordinates_is_refused(tmp_path: Path) -> None:
+    """Mitsuba could not aim at it, nor then at any emitter of a process that holds it."""
+    mi.Bitmap(np.ones((4, 4, 3), np.float32)).write(str(tmp_path / "light.exr"))
+    mi.load_dict({"type": "cube"}).write_ply(str(tmp_path / "with.ply"))
+    bare = mi.Mesh("bare", 3, 1)
+    parameters = mi.traverse(bare)
+    parameters["vertex_positions"], parameters["faces"] = [0, 0, 0, 1, 0, 0, 0, 1, 0], [0, 1, 2]
+    parameters.update()
+    bare.write_ply(str(tmp_path / "without.ply"))
+    for name in ("with", "without"):
+        (tmp_path / f"{name}.xml").write_text(
+            f'<scene version="3.0.0"><shape type="ply" id="lit"><string name="filename" '
+            f'value="{name}.ply"/><emitter type="area">{TEXTURE}</emitter></shape></scene>'
+        )
+    assert loaded(tmp_path / "with.xml").scene.emitters()
+    with pytest.raises(PureLightError, match="'lit' shines by a picture"):
+        loaded(tmp_path / "without.xml")

@@ -16,6 +16,7 @@ import numpy as np
 from purelight_format.errors import PureLightError
 from purelight_mitsuba.usd_scene.corners import Corners
 from purelight_mitsuba.usd_scene.materials import Materials
+from purelight_mitsuba.usd_scene.preview_surface import Look
 
 MOST_TRIANGLES = 30_000_000  # Of a scene, a few gigabytes.
 
@@ -48,9 +49,9 @@ class Meshes:
                 f"{shape.GetPath()}: the stage has more than {MOST_TRIANGLES:,} triangles with "
                 "all instances written out; hide some, or use simpler prototypes"
             )
-        look = self.materials.look(bound, shape)
+        look = self.materials.look(bound, shape, flat=corners.uv is None)
         if look.mirrored is None:
-            yield _mesh(shape, look.bsdf, look.emitter(), _written_out(corners, places))
+            yield _lit(shape, look.bsdf, look, _written_out(corners, places))
             return
         reflected = np.linalg.det(places[:, :3, :3]) < 0
         for mirrored in (False, True):
@@ -59,7 +60,7 @@ class Meshes:
                 chosen = places[reflected == turned]
                 if len(own.face) and len(chosen):
                     bsdf = look.mirrored if mirrored else look.bsdf
-                    yield _mesh(shape, bsdf, look.emitter(), _written_out(own, chosen))
+                    yield _lit(shape, bsdf, look, _written_out(own, chosen))
 
 
 @dataclass(frozen=True)
@@ -106,6 +107,12 @@ def _welded(corners: Corners) -> _Buffers:
 def _unit(normal: np.ndarray) -> np.ndarray:
     length = np.maximum(np.linalg.norm(normal, axis=-1, keepdims=True), 1e-30)
     return (normal / length).reshape(-1, 3)
+
+
+def _lit(shape: Any, bsdf: mi.BSDF, look: Look, buffers: _Buffers) -> mi.Mesh:
+    """A mesh with the light that its material gives it."""
+    emitter = look.emitter(lambda: _mesh(shape, bsdf, None, buffers))
+    return _mesh(shape, bsdf, emitter, buffers)
 
 
 def _mesh(shape: Any, bsdf: mi.BSDF, emitter: mi.Emitter | None, buffers: _Buffers) -> mi.Mesh:

@@ -6,10 +6,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-from purelight_mitsuba.usd_scene.shader_inputs import uv_transform, value, wrap_mode
+from purelight_mitsuba.usd_scene.shader_inputs import upstream, uv_transform, value, wrap_mode
 from purelight_mitsuba.usd_scene.values import Values
 
 CHANNELS = {"r": 0, "g": 1, "b": 2, "a": 3}
@@ -23,23 +24,30 @@ class Textures:
     Arguments:
         values: How attributes are read.
         note: Is told of what is rendered otherwise.
+        flat: Whether the shapes have no texture coordinates: pictures are then read at one point,
+            the fallback of the primvar's reader, as in USD.
     """
 
     values: Values
     note: Callable[[Any, str], None]
+    flat: bool = False
 
-    def number(self, reader: Any, output: str) -> dict[str, Any] | None:
+    def number(self, reader: Any, output: str) -> dict[str, Any] | float | None:
         """The channel of an output, [0, 1]; None where the texture cannot be read."""
         pixels = self._pixels(reader)
         if pixels is None:
             return None
         channel = min(CHANNELS.get(output, 0), pixels.shape[-1] - 1)
-        return self._bitmap(reader, np.clip(pixels[..., [channel]], 0, None))
+        bitmap = self._bitmap(reader, np.clip(pixels[..., [channel]], 0, None))
+        return self._at_fallback(reader, bitmap)[0] if self.flat else bitmap
 
     def color(self, reader: Any) -> dict[str, Any] | None:
         """A colour, linear; None where the texture cannot be read."""
         pixels = self._pixels(reader)
-        return None if pixels is None else self._bitmap(reader, np.clip(_three(pixels), 0, None))
+        if pixels is None:
+            return None
+        bitmap = self._bitmap(reader, np.clip(_three(pixels), 0, None))
+        return {"type": "rgb", "value": self._at_fallback(reader, bitmap)} if self.flat else bitmap
 
     def normal(self, reader: Any, *, mirrored: bool = False) -> dict[str, Any] | None:
         """Normals in tangent space as Mitsuba codes them, 0.5 + 0.5 n; None if not to be read.
@@ -47,6 +55,9 @@ class Textures:
         Arguments:
             mirrored: For triangles on which the picture is a mirror image.
         """
+        if self.flat:
+            self.note(reader.GetPrim(), "a normal map without texture coordinates; ignored")
+            return None
         pixels = self._pixels(reader, raw=True, scale_bias=self._decoding(reader))
         if pixels is None:
             return None
@@ -54,6 +65,15 @@ class Textures:
         if mirrored:
             normal = normal * np.array([1, -1, 1], np.float32)
         return self._bitmap(reader, 0.5 + 0.5 * normal)
+
+    def _at_fallback(self, reader: Any, bitmap: dict[str, Any]) -> list[float]:
+        """The three channels of a picture where coordinates are missing."""
+        self.note(reader.GetPrim(), "a texture without texture coordinates; read at one point")
+        source = upstream(reader, "UsdPrimvarReader_float2")
+        place = value(source, "fallback", (0, 0), self.values) if source else (0, 0)
+        si = dr.zeros(mi.SurfaceInteraction3f)
+        si.uv = mi.Point2f(*map(float, place))
+        return [float(v) for v in np.ravel(mi.load_dict(bitmap).eval(si))]
 
     def _decoding(self, reader: Any) -> tuple[Any, Any]:
         """Scale and bias of a normal map."""
