@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import inspect
 import io
 import shutil
 import sys
@@ -18,6 +17,7 @@ from benchmarks.systems import errors, isolated, subjects
 from benchmarks.systems.protocol import Cost, Frame, Subject, System
 from benchmarks.systems.records import Record, Records, plain
 from benchmarks.systems.scales import Scale
+from benchmarks.systems.source import source_digest
 from benchmarks.systems.subjects import Facts
 from benchmarks.systems.tasks.task import JudgedTask
 from benchmarks.systems.tasks.truth import Truth
@@ -85,8 +85,8 @@ class Runner:
     def key(self, facts: Facts, system: System, task: JudgedTask) -> str:
         """A word that changes with all that a series depends on but the code that all share."""
         words = (
-            facts.digest, _source(task), repr(task), self.scale.paths_of(task),
-            self._samples(task), SEED, self.threads, system.name, _source(system),
+            facts.digest, source_digest(task), repr(task), self.scale.paths_of(task),
+            self._samples(task), SEED, self.threads, system.name, source_digest(system),
         )  # fmt: skip
         return hashlib.sha256(repr(words).encode()).hexdigest()[:16]
 
@@ -150,7 +150,7 @@ class Runner:
     def _truth(self, facts: Facts, task: JudgedTask) -> Truth:
         """A task's truth, kept by a digest of what it depends on."""
         paths = self.scale.paths_of(task)
-        words = repr((facts.digest, _source(task), repr(task), paths))
+        words = repr((facts.digest, source_digest(task), repr(task), paths))
         digest = hashlib.sha256(words.encode()).hexdigest()[:12]
         path = self.folder / facts.subject.name / "truth" / f"{task.name}-{digest}.npz"
         if not path.is_file():
@@ -171,11 +171,6 @@ def _of_this_lamp(folder: Path, digest: str) -> None:
         shutil.rmtree(folder)
     folder.mkdir(parents=True, exist_ok=True)
     atomic.write_bytes(mark, digest.encode())
-
-
-def _source(thing: object) -> str:
-    """A word that changes with the file that a task or system is written in."""
-    return hashlib.sha256(Path(inspect.getfile(type(thing))).read_bytes()).hexdigest()
 
 
 def prepared(system: System, subject: Subject, folder: Path) -> Iterator[Cost]:
