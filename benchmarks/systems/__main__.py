@@ -4,6 +4,7 @@ python -m benchmarks.systems --output out/systems --scale smoke|small|full [--la
     [--systems ...] [--tasks ...] [--threads 1] [--again NAME ... | failed]
     [--workers 2 | --scheduler tcp://HOST:8786]
 python -m benchmarks.systems --output out/systems --scale smoke --report [--publish]
+python -m benchmarks.systems --output out/systems --scale full --plan
 
 Lamps of the gallery are trained where no run is there, truths are light traced, and every system
 renders every task that it can do at growing counts of samples. What is measured is written to
@@ -11,6 +12,7 @@ OUTPUT/SCALE/LAMP/records.jsonl line by line, and a later call goes on from ther
 measured side by side, as jobs of Dask; their seconds then are those of a busy machine. The report
 (tables, fronts, pictures, verdicts on the paper's claims, one HTML page) is made of the records
 alone, at the end of a run or by --report; --publish puts it into benchmarks/results/SCALE as well.
+--plan measures nothing: it tells how many hours a scale would take, by what OUTPUT has of another.
 """
 
 from __future__ import annotations
@@ -19,6 +21,7 @@ import argparse
 import os
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from benchmarks.systems.own import OWN
@@ -59,6 +62,7 @@ def _parser() -> command.Parser:
     add("--scheduler", metavar="ADDRESS", help="of Dask workers elsewhere, as tcp://10.0.0.1:8786; "
         "started in a copy of this folder, they must see OUTPUT under the same name")  # fmt: skip
     add("--report", action="store_true", help="no measurement, only the report")
+    add("--plan", action="store_true", help="no measurement, only the hours that it would take")
     add("--publish", action="store_true", help="write the report to benchmarks/results too")
     return parser
 
@@ -76,6 +80,9 @@ def _options(argv: Sequence[str] | None) -> argparse.Namespace:
 
 def _act(options: argparse.Namespace) -> int:
     folder = options.output / options.scale
+    if options.plan:
+        print(_plan(options))
+        return 0
     if not options.report:
         if options.workers or options.scheduler:
             _side_by_side(options)
@@ -85,6 +92,15 @@ def _act(options: argparse.Namespace) -> int:
 
     print(report.write(folder, systems(None), RESULTS / options.scale if options.publish else None))
     return 0
+
+
+def _plan(options: argparse.Namespace) -> str:
+    from benchmarks.systems.plan import plan
+
+    chosen = scale(options.scale)
+    if options.lamps:
+        chosen = replace(chosen, lamps=tuple(options.lamps))
+    return plan(chosen, systems(options.systems or chosen.systems), options.output)
 
 
 def _check(options: argparse.Namespace) -> None:

@@ -1,0 +1,112 @@
+"""What a scale would take, by its own limits and by the rates of one that was measured."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from pathlib import Path
+
+from benchmarks.systems.protocol import System
+from benchmarks.systems.records import Record, Records
+from benchmarks.systems.scales import SCALES, Scale
+from benchmarks.systems.subjects import ALL_PRESETS
+from benchmarks.systems.tasks.truth import Truth
+from purelight_format.errors import PureLightError
+from purelight_train.presets import Optimisation
+
+HOUR = 3600.0
+
+
+@dataclass(frozen=True)
+class Rates:
+    """What was measured of one scale, means over its lamps.
+
+    Arguments:
+        path: seconds of a light path of a truth, by kind of task.
+        begun: seconds before a series' first picture: loading, compiling.
+        ready: processor seconds of making one lamp ready for all systems, and `examples` that
+            an optimisation of the lamp's preset sees (steps times batch, of all networks).
+    """
+
+    path: dict[str, float]
+    begun: float
+    ready: float
+    examples: int
+
+    @staticmethod
+    def of(measured: Scale, folder: Path) -> Rates:
+        """Of the records and truths in a scale's folder.
+
+        Raises:
+            PureLightError: there is no truth or record.
+        """
+        records = [r for r in Records(folder).current() if r.system and not r.failed]
+        truths: dict[str, list[float]] = {}
+        for task in measured.tasks(0.1):
+            for file in folder.glob(f"*/truth/{task.name}-*.npz"):
+                truth = Truth.load(file)
+                truths.setdefault(task.kind, []).append(truth.seconds / truth.paths)
+        if not records or not truths:
+            raise PureLightError(f"{folder}: nothing is measured there to plan by")
+        begun = {r.series: r.warm_up for r in records}
+        return Rates(
+            {kind: sum(all_) / len(all_) for kind, all_ in truths.items()},
+            sum(begun.values()) / len(begun),
+            _ready(records),
+            examples(measured),
+        )
+
+
+def _ready(records: Sequence[Record]) -> float:
+    """Processor seconds of a lamp's systems, each counted once."""
+    costs = {(r.lamp, r.system): float(r.cost.get("seconds", 0.0)) for r in records}
+    return sum(costs.values()) / len({lamp for lamp, _ in costs})
+
+
+def examples(scale: Scale) -> int:
+    """What the optimisations of a scale's preset see: steps times batch."""
+    preset = ALL_PRESETS[scale.preset]
+    parts = (getattr(preset, f.name) for f in fields(preset))
+    return sum(p.steps * p.batch for p in parts if isinstance(p, Optimisation))
+
+
+def table(scale: Scale, systems: Sequence[System], rates: Rates) -> str:
+    """Hours of one thread by part of the work, as text.
+
+    Series are counted with their whole limit of seconds; making ready is extrapolated by the
+    examples that the optimisations see.
+    """
+    lamps, tasks = len(scale.lamps), scale.tasks(0.1)
+    judged = [t for t in tasks if t.measured]
+    series = lamps * sum(t.kind in s.answers for s in systems for t in judged)
+    halls = lamps * sum(t.kind in s.answers for s in systems for t in tasks if not t.measured)
+    paths = {k: lamps * sum(scale.paths_of(t) for t in judged if t.kind == k) for k in rates.path}
+    longer = examples(scale) / rates.examples
+    rows = {
+        f"making {lamps} lamps ready for {len(systems)} systems (preset {scale.preset}, "
+        f"{longer:.1f} times the examples)": lamps * rates.ready * longer,
+        **{
+            f"truths of {kind}, {count:.2g} light paths": count * rates.path[kind]
+            for kind, count in paths.items()
+        },
+        f"{series} series of {scale.limit:g} s at most": series * scale.limit,
+        f"loading and compiling of {series + halls} series": (series + halls) * rates.begun,
+    }
+    lines = [f"| {what} | {seconds / HOUR:.1f} |" for what, seconds in rows.items()]
+    total = f"| all | {sum(rows.values()) / HOUR:.1f} |"
+    return "\n".join((f"| {scale.name} | hours |", "|---|---|", *lines, total))
+
+
+def plan(scale: Scale, systems: Sequence[System], output: Path) -> str:
+    """The table of a scale, by the largest other scale that was measured in a folder.
+
+    Raises:
+        PureLightError: none was.
+    """
+    others = [s for s in reversed(SCALES.values()) if s.name != scale.name]
+    measured = next((s for s in others if Records(output / s.name).lines), None)
+    if measured is None:
+        names = " or ".join(s.name for s in others)
+        raise PureLightError(f"{output}: measure the scale {names} first, to plan by its rates")
+    told = f"By the rates of {measured.name}, one thread."
+    return f"{table(scale, systems, Rates.of(measured, output / measured.name))}\n\n{told}"

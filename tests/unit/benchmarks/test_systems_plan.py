@@ -1,0 +1,60 @@
+"""The hours of a scale, by hand."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmarks.systems.__main__ import main, systems
+from benchmarks.systems.plan import examples, plan
+from benchmarks.systems.records import Record, Records
+from benchmarks.systems.scales import SCALES
+from benchmarks.systems.tasks.truth import Truth
+from purelight_train.truth.picture import Picture
+
+LAMP = "frosted_globe"
+
+
+def measured(output: Path) -> Path:
+    """Two systems of one lamp at `smoke`: 30 s to make ready, 2 s to begin a series."""
+    records = Records(output / "smoke")
+    for system, cost in (("path", 10.0), ("ies", 20.0)):
+        for samples in (1, 2):
+            records.add(
+                Record(LAMP, system, "room", "k", samples=samples, seconds=1, warm_up=2,
+                       cost={"seconds": cost}, last=samples == 2)
+            )  # fmt: skip
+    dark = np.zeros((2, 2, 3))
+    for task, seconds in (("room", 10.0), ("view_side", 20.0)):
+        truth = Truth(Picture(dark, (dark, dark), dark), np.ones((2, 2), bool), 1000, seconds)
+        truth.save(output / "smoke" / LAMP / "truth" / f"{task}-0.npz")
+    return output
+
+
+def hours(text: str) -> list[float]:
+    rows = [line.split("|") for line in text.splitlines() if line.startswith("| ")]
+    return [float(row[2]) for row in rows[1:]]
+
+
+def test_hours_are_limits_and_rates(tmp_path: Path) -> None:
+    chosen = replace(
+        SCALES["full"], lamps=("a", "b"), preset="tiny", paths=360_000, view_paths=180_000,
+        views=("view_side",), observers=(), instances=(1,), limit=360,
+    )  # fmt: skip
+    assert examples(chosen) == examples(SCALES["smoke"])
+    told = hours(plan(chosen, systems(["path", "ies"]), measured(tmp_path)))
+    # `path` does three lit tasks, the view and the hall, `ies` all but the view: 7 judged series
+    ready, lit, seen = 2 * 30 / 3600, 2 * 3 * 360_000 * 0.01 / 3600, 2 * 180_000 * 0.02 / 3600
+    expected = [ready, lit, seen, 2 * 7 * 360 / 3600, 2 * 9 * 2 / 3600]
+    np.testing.assert_allclose(told, [*expected, sum(expected)], atol=0.051)
+
+
+def test_a_plan_needs_what_was_measured(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["--output", str(tmp_path), "--scale", "full", "--plan"]) == 2
+    assert "measure the scale small or smoke first" in capsys.readouterr().err
+    words = ["--output", str(measured(tmp_path)), "--scale", "full", "--plan", "--lamps", "crystal"]
+    assert main(words) == 0
+    assert "making 1 lamps ready" in capsys.readouterr().out
