@@ -21,6 +21,7 @@ from purelight_format.usd_schema import SCHEMA
 Matrices = NDArray[np.float64]
 Note = Callable[[Any, str], None]
 INVISIBLE = ("guide", "proxy")
+FURTHEST = 1e18  # From which on squares are not finite in float32
 MOST_PLACES = 1_000_000  # Instances of a stage, those of instances included.
 WORLD = np.eye(4)[None]
 
@@ -102,13 +103,22 @@ class Walk:
                 walk.PruneChildren()
                 yield from self._instancer(prim, space, places, above)
                 continue
-            if _of_purpose(prim):
-                yield Shown(prim, space, places)
+            shown = Shown(prim, space, self._finite(prim, space, places))
+            if _of_purpose(prim) and len(shown.places):
+                yield shown
             if prim.IsInstance():
                 walk.PruneChildren()
                 self._count(len(places), prim)
                 group = self._groups.setdefault(self._contexts.key(prim), [])
                 group.append((prim, places @ space.matrix(prim)))
+
+    def _finite(self, prim: Any, space: Space, places: Matrices) -> Matrices:
+        """The places from which a prim comes to stand somewhere."""
+        with np.errstate(all="ignore"):
+            good = (np.abs(places @ space.matrix(prim)) < FURTHEST).all((1, 2))
+        if not good.all():
+            self.note(prim, "a place of it is not finite, and was left out")
+        return places[good]
 
     def _visible(self, prim: Any) -> bool:
         """Whether a prim is seen where what is above it is."""

@@ -11,6 +11,7 @@ import mitsuba as mi
 import numpy as np
 
 from purelight_format.errors import PureLightError
+from purelight_format.usd.walk import FURTHEST
 from purelight_mitsuba.usd_scene.values import Values, rigid
 
 WIDTH = 960
@@ -41,6 +42,8 @@ def sensor(
     focal = values.number(prim, "focalLength", 50.0)
     if not all(0 < length < math.inf for length in (focal, wide, high)):
         raise PureLightError(f"{prim.GetPath()}: focal length and apertures must be above 0")
+    if not (np.abs(values.to_world(prim)) < FURTHEST).all():
+        raise PureLightError(f"{prim.GetPath()}: the camera's place is not finite")
     if str(values.get(prim, "projection", "perspective")) != "perspective":
         note(prim, "orthographic projection is not supported; rendered in perspective")
     near, far = values.get(prim, "clippingRange", (1.0, 1e6))

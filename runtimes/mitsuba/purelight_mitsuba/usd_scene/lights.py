@@ -36,7 +36,18 @@ def light(prim: Any, values: Values, note: Note) -> Iterator[Any]:
     if not np.isfinite(np.asarray(color, np.float32)).all():
         note(prim, "the light is not of finite strength and was left out")
     elif max(color) > 0:
-        yield make(prim, values, note)
+        with np.errstate(all="ignore"):
+            part = make(prim, values, note)
+        yield from _sized(prim, part, note)
+
+
+def _sized(prim: Any, part: dict[str, Any], note: Note) -> Iterator[Any]:
+    """A light, if it stands somewhere."""
+    place = np.array(part["to_world"].matrix, np.float32) if "to_world" in part else np.eye(4)
+    if np.isfinite(place).all():
+        yield part
+    else:
+        note(prim, "the light is not of finite size and was left out")
 
 
 def _color(prim: Any, values: Values) -> list[float]:

@@ -10,7 +10,7 @@ import mitsuba as mi
 import numpy as np
 
 from purelight_format.usd.context import PURPOSES
-from purelight_mitsuba.usd_scene.preview_surface import PLAIN, Look, PreviewSurface, rgb
+from purelight_mitsuba.usd_scene.preview_surface import PLAIN, Look, PreviewSurface, rgb, within
 from purelight_mitsuba.usd_scene.shader_inputs import uv_name
 from purelight_mitsuba.usd_scene.values import Values
 
@@ -89,7 +89,9 @@ class Materials:
         """A diffuse surface in the prim's display colour."""
         found = self.values.primvar(prim, "displayColor")
         color = [PLAIN] * 3 if found is None or not len(found[0]) else found[0].mean(0).tolist()
+        if within(color) != color:
+            self.note(prim, "displayColor is not within 0 and 1; cut")
         if found is not None and len(found[0]) > 1:
             self.note(prim, "display colour varies over the prim; rendered in its mean")
-        diffuse = {"type": "diffuse", "reflectance": rgb(color)}
+        diffuse = {"type": "diffuse", "reflectance": rgb(within(color))}
         return Look(mi.load_dict({"type": "twosided", "inner": diffuse}))

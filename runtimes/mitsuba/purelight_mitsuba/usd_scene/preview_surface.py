@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import mitsuba as mi
+import numpy as np
 
 from purelight_mitsuba.usd_scene.shader_inputs import connected, value
 from purelight_mitsuba.usd_scene.textures import Textures
@@ -15,6 +16,7 @@ from purelight_mitsuba.usd_scene.values import Values
 PLAIN = 0.18  # Diffuse grey of a UsdPreviewSurface, and of prims without a material.
 IGNORED = ("displacement", "occlusion")
 DARK = [0.0] * 3
+LARGEST_IOR = 4.0
 
 
 @dataclass(frozen=True)
@@ -73,7 +75,7 @@ class PreviewSurface:
             if shader.GetInput(name) and shader.GetInput(name).HasConnectedSource():
                 self.note(shader.GetPrim(), f"{name} map is not supported and was ignored")
         inner, opacity = self._principled(), self._input("opacity", 1.0)
-        emissive = self._input("emissiveColor", DARK)
+        emissive = self._input("emissiveColor", DARK, most=np.inf)
         radiance = None if emissive == rgb(DARK) else emissive
         plain, mirrored = (self._normal_map(inner, mirrored=m) for m in (False, True))
         if plain is None:
@@ -90,9 +92,9 @@ class PreviewSurface:
             "base_color": self._input("diffuseColor", [PLAIN] * 3),
             "metallic": 0.0 if specular else self._input("metallic", 0.0),
             "roughness": max(roughness, 0.02) if isinstance(roughness, float) else roughness,
-            "eta": max(float(self._value("ior", 1.5)), 1.001),
+            "eta": max(self._number("ior", 1.5, LARGEST_IOR), 1.001),
             "clearcoat": self._input("clearcoat", 0.0),
-            "clearcoat_gloss": 1 - float(self._value("clearcoatRoughness", 0.01)),
+            "clearcoat_gloss": 1 - self._number("clearcoatRoughness", 0.01),
         }
 
     def _normal_map(self, inner: dict[str, Any], *, mirrored: bool) -> dict[str, Any] | None:
@@ -104,17 +106,30 @@ class PreviewSurface:
     def _value(self, name: str, default: Any) -> Any:
         return value(self.shader, name, default, self.values)
 
-    def _input(self, name: str, default: Any) -> Any:
+    def _number(self, name: str, default: float, most: float = 1.0) -> float:
+        return self._within(name, [float(self._value(name, default))], most)[0]
+
+    def _within(self, name: str, values: list[float], most: float) -> list[float]:
+        """Values from 0 to the most there can be, noted if they were not."""
+        cut = within(values, most)
+        if cut != values:
+            told = f"within 0 and {most:g}" if np.isfinite(most) else "finite and 0 or more"
+            self.note(self.shader.GetPrim(), f"{name} is not {told}; cut")
+        return cut
+
+    def _input(self, name: str, default: Any, *, most: float = 1.0) -> Any:
         """An input as a number, a colour, or the texture that is connected to it."""
         source, number = connected(self.shader, name), isinstance(default, float)
         if source is not None:
             read = self._textures
-            texture = read.number(*source) if number else read.color(source[0])
+            texture = read.number(*source) if number else read.color(source[0], most)
             if texture is not None:
                 return texture
             return default if number else rgb(default)
-        found = self._value(name, default)
-        return float(found) if number else rgb(list(map(float, found)))
+        if number:
+            return self._number(name, default, most)
+        found = list(map(float, self._value(name, default)))
+        return rgb(self._within(name, found, most))
 
 
 def _covered(inner: dict[str, Any] | None, opacity: Any) -> mi.BSDF:
@@ -128,3 +143,9 @@ def _covered(inner: dict[str, Any] | None, opacity: Any) -> mi.BSDF:
 def rgb(value: list[float]) -> dict[str, Any]:
     """A linear colour as Mitsuba's dictionary."""
     return {"type": "rgb", "value": value}
+
+
+def within(values: list[float], most: float = 1.0) -> list[float]:
+    """Each from 0 to the most there can be; what is no number is 0."""
+    finite = np.nan_to_num(values, nan=0.0, posinf=0.0 if np.isinf(most) else most, neginf=0.0)
+    return [float(v) for v in np.clip(finite, 0, most)]

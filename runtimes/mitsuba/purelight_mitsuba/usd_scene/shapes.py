@@ -8,12 +8,14 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from purelight_format.usd.walk import FURTHEST
 from purelight_mitsuba.usd_scene.corners import Corners
 from purelight_mitsuba.usd_scene.polygons import polygons
 from purelight_mitsuba.usd_scene.solids import SOLIDS, solid
 from purelight_mitsuba.usd_scene.subdivided import subdivided
 from purelight_mitsuba.usd_scene.values import Values
 
+LARGEST_UV = 1e6  # From which on float32 tells pixels no more apart
 KINDS = ("Mesh", *SOLIDS)
 Note = Callable[[Any, str], None]
 
@@ -39,9 +41,27 @@ def shapes(
     Returns:
         For each part, the prim or subset that its material is bound to, and its triangles.
     """
-    own = _mesh(prim, values, materials, note, copies)
-    if own is not None:
-        yield from _parts(prim, own.under(values.to_world(prim)), materials)
+    with np.errstate(all="ignore"):
+        own = _mesh(prim, values, materials, note, copies)
+    if own is None:
+        return
+    yield from _parts(prim, _finite(prim, own, note).under(values.to_world(prim)), materials)
+
+
+def _finite(prim: Any, corners: Corners, note: Note) -> Corners:
+    """What of the triangles, their normals and their coordinates can be drawn."""
+    with np.errstate(all="ignore"):
+        there = (np.abs(corners.position) < FURTHEST).all((1, 2))
+    if not there.all():
+        note(prim, f"{np.count_nonzero(~there)} triangles are not finite and were left out")
+    corners = corners.take(there)
+    if corners.normal is not None and not np.isfinite(corners.normal).all():
+        note(prim, "normals are not finite; rendered without them")
+        corners = replace(corners, normal=None)
+    if corners.uv is not None and not (kept := np.abs(corners.uv) < LARGEST_UV).all():
+        note(prim, "texture coordinates are not finite; taken as 0")
+        corners = replace(corners, uv=np.where(kept, corners.uv, 0))
+    return corners
 
 
 def _mesh(
@@ -49,7 +69,10 @@ def _mesh(
 ) -> Corners | None:
     """The triangles in the prim's own frame."""
     if str(prim.GetTypeName()) in SOLIDS:
-        return solid(prim, values)
+        found = solid(prim, values)
+        if found is None:
+            note(prim, "the solid has no finite size and was left out")
+        return found
     mesh = polygons(prim, values, materials.uv_name(prim))
     if mesh is None:
         note(prim, "the mesh has no valid faces and was left out")

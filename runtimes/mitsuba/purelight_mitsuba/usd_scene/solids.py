@@ -11,12 +11,19 @@ from purelight_mitsuba.usd_scene.corners import Corners
 from purelight_mitsuba.usd_scene.values import Values
 
 SOLIDS = ("Sphere", "Cube", "Cylinder", "Cone", "Capsule", "Plane")
+SIZES = ("radius", "height", "size", "width", "length")
+SMALLEST, LARGEST = 1e-12, 1e18
 SMOOTH = ("Sphere", "Capsule")
 TURN = {"X": [[0, 0, 1], [1, 0, 0], [0, 1, 0]], "Y": [[0, 1, 0], [0, 0, 1], [1, 0, 0]]}
 
 
-def solid(prim: Any, values: Values) -> Corners:
-    """A solid in its own frame, by the meaning of its USD attributes."""
+def solid(prim: Any, values: Values) -> Corners | None:
+    """A solid in its own frame, by the meaning of its USD attributes; None if it has no size."""
+    sizes = {name: values.number(prim, name, 1.0) for name in SIZES}
+    if str(prim.GetTypeName()) == "Capsule" and sizes["height"] == 0:
+        del sizes["height"]  # A sphere
+    if not all(SMALLEST < size < LARGEST for size in sizes.values()):
+        return None
     shape = _shape(prim, values)
     if str(prim.GetTypeName()) not in ("Sphere", "Cube"):
         matrix = np.eye(4)

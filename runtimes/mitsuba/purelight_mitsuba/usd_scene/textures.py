@@ -38,15 +38,15 @@ class Textures:
         if pixels is None:
             return None
         channel = min(CHANNELS.get(output, 0), pixels.shape[-1] - 1)
-        bitmap = self._bitmap(reader, np.clip(pixels[..., [channel]], 0, None))
+        bitmap = self._bitmap(reader, _cut(pixels[..., [channel]]))
         return self._at_fallback(reader, bitmap)[0] if self.flat else bitmap
 
-    def color(self, reader: Any) -> dict[str, Any] | None:
-        """A colour, linear; None where the texture cannot be read."""
+    def color(self, reader: Any, most: float = 1.0) -> dict[str, Any] | None:
+        """A colour from 0 to the most, linear; None where the texture cannot be read."""
         pixels = self._pixels(reader)
         if pixels is None:
             return None
-        bitmap = self._bitmap(reader, np.clip(_three(pixels), 0, None))
+        bitmap = self._bitmap(reader, _cut(_three(pixels), most))
         return {"type": "rgb", "value": self._at_fallback(reader, bitmap)} if self.flat else bitmap
 
     def normal(self, reader: Any, *, mirrored: bool = False) -> dict[str, Any] | None:
@@ -124,3 +124,9 @@ class Textures:
 def _three(pixels: np.ndarray) -> np.ndarray:
     """Three channels of a picture of any number."""
     return pixels[..., :3] if pixels.shape[-1] > 2 else np.repeat(pixels[..., :1], 3, -1)
+
+
+def _cut(pixels: np.ndarray, most: float = 1.0) -> np.ndarray:
+    """From 0 to the most; what is no number is 0."""
+    result: np.ndarray = np.clip(np.nan_to_num(pixels, nan=0.0, posinf=0.0, neginf=0.0), 0, most)
+    return result
