@@ -192,6 +192,12 @@ def _check_size(path: Path, surface: ExitSurface) -> None:
         )
 
 
+def _name(emitter: mi.Emitter) -> str:
+    """An emitter's own name, or its shape's."""
+    shape = emitter.get_shape()
+    return str(emitter.id() or (shape.id() if shape is not None else ""))
+
+
 def _check_radiance(luminaire: Luminaire) -> None:
     """Refuse emitters that take light away, or whose radiance has no R, G and B or no end."""
     path, emitters = luminaire.path, luminaire.scene.emitters()
@@ -203,12 +209,12 @@ def _check_radiance(luminaire: Luminaire) -> None:
             f"{path}: an emitter has no radiance in R, G and B; give it as <rgb> ({reason})"
         ) from None
     if negative := np.flatnonzero((power < 0).any(1)).tolist():
-        name = emitters[negative[0]].id()
+        name = _name(emitters[negative[0]])
         raise PureLightError(f"{path}: emitter '{name}' has negative radiance; give zero or more")
     if broken := np.flatnonzero(luminaire.emission.broken() > MOSTLY).tolist():
-        name = emitters[broken[0]].id()
+        name = _name(emitters[broken[0]])
         raise PureLightError(
-            f"{path}: the radiance of emitter '{name}' is not finite; give numbers"
+            f"{path}: the radiance or the place of emitter '{name}' is not finite; give numbers"
         )
 
 
