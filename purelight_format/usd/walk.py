@@ -103,21 +103,20 @@ class Walk:
                 walk.PruneChildren()
                 yield from self._instancer(prim, space, places, above)
                 continue
-            shown = Shown(prim, space, self._finite(prim, space, places))
-            if _of_purpose(prim) and len(shown.places):
-                yield shown
+            if _of_purpose(prim) and len(self._finite(prim, space.matrix(prim)[None])):
+                yield Shown(prim, space, places)
             if prim.IsInstance():
                 walk.PruneChildren()
                 self._count(len(places), prim)
                 group = self._groups.setdefault(self._contexts.key(prim), [])
-                group.append((prim, places @ space.matrix(prim)))
+                group.append((prim, self._finite(prim, _times(places, space.matrix(prim)))))
 
-    def _finite(self, prim: Any, space: Space, places: Matrices) -> Matrices:
-        """The places from which a prim comes to stand somewhere."""
-        with np.errstate(all="ignore"):
-            good = (np.abs(places @ space.matrix(prim)) < FURTHEST).all((1, 2))
-        if not good.all():
-            self.note(prim, "a place of it is not finite, and was left out")
+    def _finite(self, prim: Any, places: Matrices) -> Matrices:
+        """Those of a prim's places [K, 4, 4] that are somewhere; a note if not all are."""
+        good = (np.abs(places) < FURTHEST).all((1, 2))
+        if good.all():
+            return places
+        self.note(prim, "a place of it is not finite, and was left out")
         return places[good]
 
     def _visible(self, prim: Any) -> bool:
@@ -151,8 +150,8 @@ class Walk:
             return
         for prototype, own in point_instancer.instances(prim, self.time, self.note):
             self._count(len(places) * len(own), prim)
-            at = (places @ space.matrix(prim))[:, None] @ own
-            inner, many = Space(self.time, prototype), at.reshape(-1, 4, 4)
+            at = _times(_times(places, space.matrix(prim))[:, None], own)
+            inner, many = Space(self.time, prototype), self._finite(prim, at.reshape(-1, 4, 4))
             yield from self._below(prototype, inner, many, _even_if_over(), (*above, path))
 
     def _count(self, more: int, prim: Any) -> None:
@@ -161,6 +160,12 @@ class Walk:
             raise PureLightError(
                 f"{prim.GetPath()}: the stage has more than {MOST_PLACES:,} instances; hide some"
             )
+
+
+@np.errstate(all="ignore")  # What comes out not finite is told
+def _times(first: Matrices, second: Matrices) -> Matrices:
+    result: Matrices = first @ second
+    return result
 
 
 def _even_if_over() -> Any:

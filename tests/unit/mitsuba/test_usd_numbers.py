@@ -117,3 +117,40 @@ def test_strange_numbers(seed: int, tmp_path: Path) -> None:
             assert np.isfinite(picture(scene)).all(), path.read_text()
     assert drawn > ROUNDS // 2
     assert not [words for words in refused if "\n" in words]
+
+
+INSTANCES = """
+def Sphere "Ball"
+{
+}
+def Xform "There" ( instanceable = true
+    prepend references = </Group>
+)
+{
+    double3 xformOp:translate = (1, 0, 0)
+    uniform token[] xformOpOrder = ["xformOp:translate"]
+}
+def Xform "Nowhere" ( instanceable = true
+    prepend references = </Group>
+)
+{
+    double3 xformOp:translate = (inf, 0, 0)
+    uniform token[] xformOpOrder = ["xformOp:translate"]
+}
+class Xform "Group"
+{
+    def Sphere "Ball"
+    {
+    }
+}
+"""
+
+
+@pytest.mark.filterwarnings("error::RuntimeWarning")
+def test_an_instance_that_is_nowhere_is_left_out(tmp_path: Path) -> None:
+    path = tmp_path / "stage.usda"
+    path.write_text(HEADER + CAMERA + INSTANCES)
+    found = load_usd(path)
+    assert [note.split(":")[0] for note in found.notes] == ["/Nowhere"]
+    (alone, copies) = sorted(shape.bbox().max.x for shape in found.scene.shapes())
+    assert (alone, copies) == pytest.approx((1, 2))
