@@ -97,6 +97,8 @@ def _act(options: argparse.Namespace) -> int:
 def _plan(options: argparse.Namespace) -> str:
     from benchmarks.systems.plan import plan
 
+    if options.tasks:
+        raise PureLightError("--plan is of all tasks; leave --tasks out")
     chosen = scale(options.scale)
     if options.lamps:
         chosen = replace(chosen, lamps=tuple(options.lamps))

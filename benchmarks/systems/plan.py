@@ -24,13 +24,15 @@ class Rates:
     Arguments:
         path: seconds of a light path of a truth, by kind of task.
         begun: seconds before a series' first picture: loading, compiling.
-        ready: processor seconds of making one lamp ready for all systems, and `examples` that
-            an optimisation of the lamp's preset sees (steps times batch, of all networks).
+        training: processor seconds of a lamp's own training, which several systems share.
+        ready: by system, processor seconds of making it ready for a lamp, besides that.
+        examples: that optimisations by the scale's preset see (`examples`).
     """
 
     path: dict[str, float]
     begun: float
-    ready: float
+    training: float
+    ready: dict[str, float]
     examples: int
 
     @staticmethod
@@ -52,15 +54,30 @@ class Rates:
         return Rates(
             {kind: sum(all_) / len(all_) for kind, all_ in truths.items()},
             sum(begun.values()) / len(begun),
-            _ready(records),
+            *_ready(records),
             examples(measured),
         )
 
 
-def _ready(records: Sequence[Record]) -> float:
-    """Processor seconds of a lamp's systems, each counted once."""
-    costs = {(r.lamp, r.system): float(r.cost.get("seconds", 0.0)) for r in records}
-    return sum(costs.values()) / len({lamp for lamp, _ in costs})
+def _ready(records: Sequence[Record]) -> tuple[float, dict[str, float]]:
+    """Means over lamps: processor seconds of their training, and of each system besides."""
+    shared: dict[str, float] = {}
+    rest: dict[str, dict[str, float]] = {}
+    for record in records:
+        part = _training(record)
+        shared[record.lamp] = max(shared.get(record.lamp, 0.0), part)
+        own = float(record.cost.get("seconds", 0.0)) - part
+        rest.setdefault(record.system, {})[record.lamp] = own
+    ready = {system: sum(own.values()) / len(own) for system, own in rest.items()}
+    return sum(shared.values()) / len(shared), ready
+
+
+def _training(record: Record) -> float:
+    """What of a system's cost is the training of the lamp's own networks."""
+    parts = record.cost.get("parts", {})
+    stages = parts.get("seconds")
+    whole = stages.get("training", 0.0) if isinstance(stages, dict) else 0.0
+    return float(parts.get("ours", whole))
 
 
 def examples(scale: Scale) -> int:
@@ -75,16 +92,26 @@ def table(scale: Scale, systems: Sequence[System], rates: Rates) -> str:
 
     Series are counted with their whole limit of seconds; making ready is extrapolated by the
     examples that the optimisations see.
+
+    Raises:
+        PureLightError: a system or a kind of task has no rate.
     """
-    lamps, tasks = len(scale.lamps), scale.tasks(0.1)
+    lamps = len(scale.lamps)
+    tasks = [t for t in scale.tasks(0.1) if any(t.kind in s.answers for s in systems)]
     judged = [t for t in tasks if t.measured]
+    unknown = [s.name for s in systems if s.name not in rates.ready]
+    unknown += sorted({t.kind for t in judged} - set(rates.path))
+    if unknown:
+        raise PureLightError(f"nothing is measured of {', '.join(unknown)} to plan by")
     series = lamps * sum(t.kind in s.answers for s in systems for t in judged)
     halls = lamps * sum(t.kind in s.answers for s in systems for t in tasks if not t.measured)
-    paths = {k: lamps * sum(scale.paths_of(t) for t in judged if t.kind == k) for k in rates.path}
+    kinds = dict.fromkeys(t.kind for t in judged)
+    paths = {k: lamps * sum(scale.paths_of(t) for t in judged if t.kind == k) for k in kinds}
     longer = examples(scale) / rates.examples
+    ready = rates.training + sum(rates.ready[s.name] for s in systems)
     rows = {
         f"making {lamps} lamps ready for {len(systems)} systems (preset {scale.preset}, "
-        f"{longer:.1f} times the examples)": lamps * rates.ready * longer,
+        f"{longer:.1f} times the examples)": lamps * ready * longer,
         **{
             f"truths of {kind}, {count:.2g} light paths": count * rates.path[kind]
             for kind, count in paths.items()

@@ -40,7 +40,9 @@ def _imported(path: Path) -> Iterator[Path]:
         if isinstance(node, ast.Import):
             names = [alias.name for alias in node.names]
         elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
-            names = [node.module, *(f"{node.module}.{alias.name}" for alias in node.names)]
+            inner = [f"{node.module}.{alias.name}" for alias in node.names]
+            modules = [name for name in inner if _origin(name)]
+            names = modules if len(modules) == len(inner) else [node.module, *modules]
         for name in names:
             if name.split(".")[0] == OWN and (origin := _origin(name)):
                 yield origin

@@ -92,6 +92,8 @@ class Walk:
         """
         from pxr import Usd
 
+        if not len(places):
+            return
         walk = iter(Usd.PrimRange(root, predicate))
         for prim in walk:
             if not self._visible(prim):
@@ -103,7 +105,10 @@ class Walk:
                 walk.PruneChildren()
                 yield from self._instancer(prim, space, places, above)
                 continue
-            if _of_purpose(prim) and len(self._finite(prim, space.matrix(prim)[None])):
+            if not len(self._finite(prim, space.matrix(prim)[None])):
+                walk.PruneChildren()
+                continue
+            if _of_purpose(prim):
                 yield Shown(prim, space, places)
             if prim.IsInstance():
                 walk.PruneChildren()

@@ -84,7 +84,7 @@ def _refuse_unplaced(shape: mi.Shape) -> None:
     pictures = [key for key in mi.traverse(shape.emitter()).keys() if key.endswith("to_uv")]  # noqa: SIM118
     if pictures and not shape.has_vertex_texcoords():
         raise PureLightError(
-            f"emitter '{shape.id()}' shines by a picture, but its mesh has no texture coordinates; "
+            f"emitter '{shape.id()}' shines by a texture, but its mesh has no texture coordinates; "
             "give it some, or one radiance"
         )
 

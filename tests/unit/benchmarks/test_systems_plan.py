@@ -19,13 +19,19 @@ LAMP = "frosted_globe"
 
 
 def measured(output: Path) -> Path:
-    """Two systems of one lamp at `smoke`: 30 s to make ready, 2 s to begin a series."""
+    """Systems of one lamp at `smoke`: 2 s to begin a series, 10 s of training that two share."""
     records = Records(output / "smoke")
-    for system, cost in (("path", 10.0), ("ies", 20.0)):
+    training = {"seconds": {"training": 10.0}}
+    costs = {
+        "path": {"seconds": 0.0}, "ies": {"seconds": 20.0}, "ncl": {"seconds": 50.0},
+        "purelight_accurate": {"seconds": 12.0, "parts": training},
+        "purelight_fast": {"seconds": 12.0, "parts": training},
+    }  # fmt: skip
+    for system, cost in costs.items():
         for samples in (1, 2):
             records.add(
                 Record(LAMP, system, "room", "k", samples=samples, seconds=1, warm_up=2,
-                       cost={"seconds": cost}, last=samples == 2)
+                       cost=cost, last=samples == 2)
             )  # fmt: skip
     dark = np.zeros((2, 2, 3))
     for task, seconds in (("room", 10.0), ("view_side", 20.0)):
@@ -47,14 +53,29 @@ def test_hours_are_limits_and_rates(tmp_path: Path) -> None:
     assert examples(chosen) == examples(SCALES["smoke"])
     told = hours(plan(chosen, systems(["path", "ies"]), measured(tmp_path)))
     # `path` does three lit tasks, the view and the hall, `ies` all but the view: 7 judged series
-    ready, lit, seen = 2 * 30 / 3600, 2 * 3 * 360_000 * 0.01 / 3600, 2 * 180_000 * 0.02 / 3600
+    ready, lit, seen = (
+        2 * (10 + 20) / 3600,
+        2 * 3 * 360_000 * 0.01 / 3600,
+        2 * 180_000 * 0.02 / 3600,
+    )
     expected = [ready, lit, seen, 2 * 7 * 360 / 3600, 2 * 9 * 2 / 3600]
     np.testing.assert_allclose(told, [*expected, sum(expected)], atol=0.051)
+
+
+def test_the_training_of_a_lamp_counts_once(tmp_path: Path) -> None:
+    chosen = replace(SCALES["full"], lamps=("a",) * 60, preset="tiny")
+    names = ["purelight_accurate", "purelight_fast", "ncl"]
+    told = hours(plan(chosen, systems(names), measured(tmp_path)))
+    assert told[0] == pytest.approx(60 * (10 + 2 + 2 + 50) / 3600, abs=0.051)
 
 
 def test_a_plan_needs_what_was_measured(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["--output", str(tmp_path), "--scale", "full", "--plan"]) == 2
     assert "measure the scale small or smoke first" in capsys.readouterr().err
     words = ["--output", str(measured(tmp_path)), "--scale", "full", "--plan", "--lamps", "crystal"]
-    assert main(words) == 0
-    assert "making 1 lamps ready" in capsys.readouterr().out
+    assert main(words) == 2
+    assert "nothing is measured of ptracer, bidirectional" in capsys.readouterr().err
+    assert main([*words, "--systems", "path", "ies"]) == 0
+    assert "making 1 lamps ready for 2 systems" in capsys.readouterr().out
+    assert main([*words, "--tasks", "room"]) == 2
+    assert "leave --tasks out" in capsys.readouterr().err

@@ -183,7 +183,7 @@ def test_pictures_that_nothing_places_are_their_means(tmp_path: Path) -> None:
     np.testing.assert_allclose(part.radiance, [0.25, 0, 0.25])
     np.testing.assert_allclose(part.material.base_color, [0.2, 0, 0.2])
     assert part.material.normal is None
-    assert any("without texture coordinates" in line for line in lamp.notes.lines())
+    assert any("without a known place" in line for line in lamp.notes.lines())
 
 
 def test_a_lamp_that_glows_by_such_a_picture_is_written(tmp_path: Path) -> None:

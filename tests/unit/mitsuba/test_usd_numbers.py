@@ -119,10 +119,11 @@ def test_strange_numbers(seed: int, tmp_path: Path) -> None:
     assert not [words for words in refused if "\n" in words]
 
 
+CUBE = """
+    int[] faceVertexCounts = [4, 4]
+    int[] faceVertexIndices = [0, 1, 2, 3, 3, 2, 1, 0]
+    point3f[] points = [(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)]"""
 INSTANCES = """
-def Sphere "Ball"
-{
-}
 def Xform "There" ( instanceable = true
     prepend references = </Group>
 )
@@ -147,10 +148,45 @@ class Xform "Group"
 
 
 @pytest.mark.filterwarnings("error::RuntimeWarning")
-def test_an_instance_that_is_nowhere_is_left_out(tmp_path: Path) -> None:
+@pytest.mark.parametrize("there", ["1", "inf"])
+@pytest.mark.parametrize("kind", ["Sphere", "Mesh"])
+def test_an_instance_that_is_nowhere_is_left_out(there: str, kind: str, tmp_path: Path) -> None:
+    """Also where there is no other one."""
+    inside = "" if kind == "Sphere" else CUBE
+    text = INSTANCES.replace("(1, 0, 0)", f"({there}, 0, 0)").replace("Sphere", kind)
     path = tmp_path / "stage.usda"
-    path.write_text(HEADER + CAMERA + INSTANCES)
+    path.write_text(HEADER + CAMERA + text.replace("    {\n    }", f"    {{{inside}\n    }}"))
     found = load_usd(path)
-    assert [note.split(":")[0] for note in found.notes] == ["/Nowhere"]
-    (alone, copies) = sorted(shape.bbox().max.x for shape in found.scene.shapes())
-    assert (alone, copies) == pytest.approx((1, 2))
+    nowhere = ["/Nowhere"] if there == "1" else ["/There", "/Nowhere"]
+    assert [note.split(":")[0] for note in found.notes] == nowhere
+    assert len(found.scene.shapes()) == (there == "1")
+    assert np.isfinite(picture(found.scene)).all()
+
+
+ODD = """
+def DistantLight "Sun"
+{
+    float inputs:angle = inf
+}
+def Cylinder "Disk"
+{
+    double height = 0
+}
+def Cube "Inside_out"
+{
+    double size = -2
+    custom double radius = 0
+}
+def Sphere "Dot"
+{
+    double radius = 0
+}
+"""
+
+
+def test_odd_sizes_and_angles(tmp_path: Path) -> None:
+    path = tmp_path / "stage.usda"
+    path.write_text(HEADER + CAMERA + ODD)
+    found = load_usd(path)
+    assert [note.split(":")[0] for note in found.notes] == ["/Sun", "/Dot"]
+    assert len(found.scene.shapes()) == 2

@@ -13,6 +13,7 @@ import pytest
 from purelight_format.errors import PureLightError
 from purelight_mitsuba.cli import main
 from purelight_mitsuba.usd_scene import load_usd
+from purelight_mitsuba.usd_scene.area_light import TexturedArea
 from purelight_onnx.picture import write_exr
 from tests.support import analytic_lamps as lamps
 from tests.support.usd_stages import CAMERA, LIGHT, first_hit, irradiance, loaded, stage
@@ -154,34 +155,66 @@ def Mesh "Panels" ( prepend apiSchemas = ["MaterialBindingAPI"] )
                         (1, -1, 2), (1, 1, 2), (3, 1, 2), (3, -1, 2)]
     uniform token subdivisionScheme = "none"
     texCoord2f[] primvars:st = {st} ( interpolation = "vertex" )
+    {normals}
     rel material:binding = </M>
 }}
 """
 
 
+WHOLE = [(0, 0), (0, 1), (1, 1), (1, 0)]
+HALVES = [(0, 0), (0, 1), (0.5, 1), (0.5, 0), (0.5, 0), (0.5, 1), (1, 1), (1, 0)]
+
+
 @pytest.mark.parametrize(
     ("corners", "share"),
     [
-        ([(0, 0), (0, 1), (1, 1), (1, 0)], 1),
-        ([(0, 0), (0, 2), (2, 2), (2, 0)], 1),
-        ([(0.25, 0.25)] * 4, 1.5),
+        (HALVES, 1),
+        (WHOLE * 2, 1),
+        ([(0, 0), (0, 2), (2, 2), (2, 0)] * 2, 1),
+        ([(0.25, 0.25)] * 8, 1.5),
     ],
-    ids=["twice", "repeated", "one point"],
+    ids=["once", "twice", "repeated", "one point"],
 )
 def test_all_of_a_glowing_picture_gives_light(
     corners: list[tuple[float, float]], share: float, tmp_path: Path
 ) -> None:
-    """Both panels show the picture; Mitsuba's textured light aims at one place of each pixel."""
+    """Two panels show it; Mitsuba's textured light aims at one place of each pixel."""
     picture = np.ones((2, 2, 3), np.float32)
     picture[:, 0] = 3
     write_exr(tmp_path / "map.exr", picture)
-    material, panels = MATERIAL[: MATERIAL.index("def Plane")], PANELS.format(st=corners * 2)
+    material, panels = (
+        MATERIAL[: MATERIAL.index("def Plane")],
+        PANELS.format(st=corners, normals=""),
+    )
     inputs = (".connect = </M/T.outputs:rgb>", " = (2, 2, 2)")
     pictured, even = (
         irradiance(tmp_path, material.format(inputs=f"color3f inputs:emissiveColor{v}") + panels)
         for v in inputs
     )
     np.testing.assert_allclose(pictured, even * share, rtol=0.02)
+
+
+def test_a_panel_that_shines_gives_all_of_its_light_under_any_normals(tmp_path: Path) -> None:
+    material = MATERIAL[: MATERIAL.index("def Plane")]
+    glow = material.format(inputs="color3f inputs:emissiveColor = (2, 2, 2)")
+    bulged = [(-0.6, -0.6, -0.53), (-0.6, 0.6, -0.53), (0.6, 0.6, -0.53), (0.6, -0.6, -0.53)]
+    normals = ("", f"normal3f[] normals = {bulged * 2}")
+    flat, smooth = (
+        irradiance(tmp_path, glow + PANELS.format(st=WHOLE * 2, normals=which)) for which in normals
+    )
+    np.testing.assert_allclose(smooth, flat, rtol=0.02)
+
+
+def test_a_small_part_that_glows_is_aimed_at(tmp_path: Path) -> None:
+    """As long as coordinates show each place once."""
+    material = MATERIAL[: MATERIAL.index("def Plane")]
+    picture = np.zeros((32, 32, 3), np.float32)
+    picture[10, 20] = 1
+    write_exr(tmp_path / "map.exr", picture)
+    glow = material.format(inputs="color3f inputs:emissiveColor.connect = </M/T.outputs:rgb>")
+    for corners, evenly in ((HALVES, False), (WHOLE * 2, True)):
+        scene = loaded(tmp_path, glow + PANELS.format(st=corners, normals="")).scene
+        assert any(isinstance(e, TexturedArea) for e in scene.emitters()) == evenly
 
 
 def test_a_texture_without_coordinates_is_read_at_one_point(tmp_path: Path) -> None:

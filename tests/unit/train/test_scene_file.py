@@ -109,5 +109,5 @@ def test_a_picture_without_coordinates_is_refused(tmp_path: Path) -> None:
             f'value="{name}.ply"/><emitter type="area">{TEXTURE}</emitter></shape></scene>'
         )
     assert loaded(tmp_path / "with.xml").scene.emitters()
-    with pytest.raises(PureLightError, match="'lit' shines by a picture"):
+    with pytest.raises(PureLightError, match="'lit' shines by a texture"):
         loaded(tmp_path / "without.xml")

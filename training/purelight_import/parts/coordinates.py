@@ -1,4 +1,4 @@
-"""Pictures on parts without texture coordinates, which nobody can place."""
+"""Pictures on parts whose texture coordinates are not known, which nobody can place."""
 
 from __future__ import annotations
 
@@ -8,13 +8,14 @@ from purelight_import.model.lamp import Lamp, Part
 from purelight_import.model.material import Material, Verbatim
 from purelight_import.model.picture import Picture, mean_of
 
-NOTE = "a picture without texture coordinates; its mean was taken"
+NOTE = "a picture without a known place on the part; its mean was taken, of bumps none"
 
 
 def placeable(lamp: Lamp) -> Lamp:
     """The lamp with the means of pictures that no coordinates place, each noted.
 
-    Mitsuba would spread them over every triangle anew, and cannot aim at the light of one.
+    Mitsuba would spread them over every triangle anew, as it does those of materials that are
+    taken as they are in its own files, and cannot aim at the light of one.
     """
     plain: dict[int, Material] = {}
     parts = tuple(_placed(part, plain) for part in lamp.parts)

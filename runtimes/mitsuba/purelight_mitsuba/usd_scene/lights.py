@@ -133,7 +133,11 @@ def _cylinder(prim: Any, values: Values, note: Note) -> dict[str, Any]:
 
 def _distant(prim: Any, values: Values, note: Note) -> dict[str, Any]:
     r"""Irradiance of a distant disk: L pi sin^2(angle/2), or L itself where normalised."""
-    half = math.radians(values.number(prim, "inputs:angle", 0.53)) / 2
+    angle = values.number(prim, "inputs:angle", 0.53)
+    if not 0 <= angle <= 360:
+        note(prim, "the angle is not within 0 and 360 degrees; taken as 0.53")
+        angle = 0.53
+    half = math.radians(angle) / 2
     size = math.pi * math.sin(half) ** 2 if half > 0 else 1.0
     normalized = bool(values.get(prim, "inputs:normalize", False))
     irradiance = np.asarray(_color(prim, values)) * (1.0 if normalized else size)

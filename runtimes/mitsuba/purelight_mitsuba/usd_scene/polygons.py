@@ -54,8 +54,6 @@ def polygons(prim: Any, values: Values, uv_name: str) -> Polygons | None:
     whole = len(counts) and counts.min() >= 0 and counts.sum() == len(vertex)
     if not whole or not len(vertex) or not 0 <= vertex.min() <= vertex.max() < len(position):
         return None
-    if not np.isfinite(position).all():
-        return None
     face, corner = np.repeat(np.arange(len(counts)), counts), np.arange(len(vertex))
     normal = at_corners(_normals(prim, values), corner, vertex, face)
     found = values.primvar(prim, uv_name)

@@ -34,15 +34,17 @@ class Look:
     mirrored: mi.BSDF | None = None
     radiance: dict[str, Any] | None = None
 
-    def emitter(self, shape: Callable[[], mi.Shape]) -> mi.Emitter | None:
+    def emitter(self, shape: Callable[[], mi.Shape], *, once: bool) -> mi.Emitter | None:
         """A light for one shape more.
 
         Arguments:
             shape: Makes another one like it.
+            once: Whether each place of a picture is shown by one point of it at most; then
+                Mitsuba's own light can aim at where the picture is bright.
         """
         if self.radiance is None:
             return None
-        if self.radiance["type"] == "rgb":
+        if self.radiance["type"] == "rgb" or (once and _unmoved(self.radiance)):
             return mi.load_dict({"type": "area", "radiance": self.radiance})
         from purelight_mitsuba.usd_scene.area_light import TexturedArea  # Needs a variant
 
@@ -112,7 +114,7 @@ class PreviewSurface:
     def _within(self, name: str, values: list[float], most: float) -> list[float]:
         """Values from 0 to the most there can be, noted if they were not."""
         cut = within(values, most)
-        if cut != values:
+        if not np.allclose(cut, values, rtol=1e-5, atol=0):
             told = f"within 0 and {most:g}" if np.isfinite(most) else "finite and 0 or more"
             self.note(self.shader.GetPrim(), f"{name} is not {told}; cut")
         return cut
@@ -130,6 +132,11 @@ class PreviewSurface:
             return self._number(name, default, most)
         found = list(map(float, self._value(name, default)))
         return rgb(self._within(name, found, most))
+
+
+def _unmoved(picture: dict[str, Any]) -> bool:
+    """Whether a picture lies on its coordinates as they are."""
+    return bool(np.array_equal(np.array(picture["to_uv"].matrix), np.eye(4)))
 
 
 def _covered(inner: dict[str, Any] | None, opacity: Any) -> mi.BSDF:

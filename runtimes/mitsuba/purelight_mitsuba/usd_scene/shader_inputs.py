@@ -62,6 +62,7 @@ def uv_transform(texture: Any, values: Values) -> NDArray[np.float64]:
         return matrix
     defaults = (("scale", (1, 1)), ("rotation", 0.0), ("translation", (0, 0)))
     scale, turn, shift = (value(source[0], n, d, values) for n, d in defaults)
+    turn = turn if math.isfinite(turn) else 0.0
     sine, cosine = math.sin(math.radians(turn)), math.cos(math.radians(turn))
     matrix[:2, :2] = np.array([[cosine, -sine], [sine, cosine]]) * np.array(scale)
     matrix[:2, 2] = shift

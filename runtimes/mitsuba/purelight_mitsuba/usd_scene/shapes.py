@@ -59,7 +59,7 @@ def _finite(prim: Any, corners: Corners, note: Note) -> Corners:
         note(prim, "normals are not finite; rendered without them")
         corners = replace(corners, normal=None)
     if corners.uv is not None and not (kept := np.abs(corners.uv) < LARGEST_UV).all():
-        note(prim, "texture coordinates are not finite; taken as 0")
+        note(prim, "texture coordinates beyond a million were taken as 0")
         corners = replace(corners, uv=np.where(kept, corners.uv, 0))
     return corners
 
@@ -71,7 +71,7 @@ def _mesh(
     if str(prim.GetTypeName()) in SOLIDS:
         found = solid(prim, values)
         if found is None:
-            note(prim, "the solid has no finite size and was left out")
+            note(prim, "the solid has no size that can be drawn and was left out")
         return found
     mesh = polygons(prim, values, materials.uv_name(prim))
     if mesh is None:

@@ -11,7 +11,10 @@ from purelight_mitsuba.usd_scene.corners import Corners
 from purelight_mitsuba.usd_scene.values import Values
 
 SOLIDS = ("Sphere", "Cube", "Cylinder", "Cone", "Capsule", "Plane")
-SIZES = ("radius", "height", "size", "width", "length")
+SIZES = {
+    "Sphere": ("radius",), "Cube": ("size",), "Cylinder": ("radius", "height"),
+    "Cone": ("radius", "height"), "Capsule": ("radius", "height"), "Plane": ("width", "length"),
+}  # fmt: skip
 SMALLEST, LARGEST = 1e-12, 1e18
 SMOOTH = ("Sphere", "Capsule")
 TURN = {"X": [[0, 0, 1], [1, 0, 0], [0, 1, 0]], "Y": [[0, 1, 0], [0, 0, 1], [1, 0, 0]]}
@@ -19,10 +22,11 @@ TURN = {"X": [[0, 0, 1], [1, 0, 0], [0, 1, 0]], "Y": [[0, 1, 0], [0, 0, 1], [1, 
 
 def solid(prim: Any, values: Values) -> Corners | None:
     """A solid in its own frame, by the meaning of its USD attributes; None if it has no size."""
-    sizes = {name: values.number(prim, name, 1.0) for name in SIZES}
-    if str(prim.GetTypeName()) == "Capsule" and sizes["height"] == 0:
-        del sizes["height"]  # A sphere
-    if not all(SMALLEST < size < LARGEST for size in sizes.values()):
+    kind = str(prim.GetTypeName())
+    sizes = {name: values.number(prim, name, 1.0) for name in SIZES[kind]}
+    if sizes.get("height") == 0:
+        del sizes["height"]  # A disk, or a sphere
+    if not all(SMALLEST < abs(size) < LARGEST for size in sizes.values()):
         return None
     shape = _shape(prim, values)
     if str(prim.GetTypeName()) not in ("Sphere", "Cube"):
