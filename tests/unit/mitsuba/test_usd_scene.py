@@ -13,7 +13,6 @@ import pytest
 from purelight_format.errors import PureLightError
 from purelight_mitsuba.cli import main
 from purelight_mitsuba.usd_scene import load_usd
-from purelight_mitsuba.usd_scene.area_light import TexturedArea
 from purelight_onnx.picture import write_exr
 from tests.support import analytic_lamps as lamps
 from tests.support.usd_stages import CAMERA, LIGHT, first_hit, irradiance, loaded, stage
@@ -203,18 +202,6 @@ def test_a_panel_that_shines_gives_all_of_its_light_under_any_normals(tmp_path: 
         irradiance(tmp_path, glow + PANELS.format(st=WHOLE * 2, normals=which)) for which in normals
     )
     np.testing.assert_allclose(smooth, flat, rtol=0.02)
-
-
-def test_a_small_part_that_glows_is_aimed_at(tmp_path: Path) -> None:
-    """As long as coordinates show each place once."""
-    material = MATERIAL[: MATERIAL.index("def Plane")]
-    picture = np.zeros((32, 32, 3), np.float32)
-    picture[10, 20] = 1
-    write_exr(tmp_path / "map.exr", picture)
-    glow = material.format(inputs="color3f inputs:emissiveColor.connect = </M/T.outputs:rgb>")
-    for corners, evenly in ((HALVES, False), (WHOLE * 2, True)):
-        scene = loaded(tmp_path, glow + PANELS.format(st=corners, normals="")).scene
-        assert any(isinstance(e, TexturedArea) for e in scene.emitters()) == evenly
 
 
 def test_a_texture_without_coordinates_is_read_at_one_point(tmp_path: Path) -> None:

@@ -78,8 +78,9 @@ class TexturedArea(AreaLight):
     """Emits a picture.
 
     Mitsuba's own `area` aims at where the picture is bright, at one point for each place of it: it
-    loses light where texture coordinates overlap, repeat or have no area, and cannot do without
-    any. This one is right there, and noisier where little of the picture shines.
+    loses light where texture coordinates overlap, repeat or have no area, cannot do without any,
+    and ends the process if its shape is gone. This one is right there, and noisier where little of
+    the picture shines.
 
     Arguments:
         radiance: The picture, W/(m² sr).

@@ -15,7 +15,6 @@ import numpy as np
 
 from purelight_format.errors import PureLightError
 from purelight_mitsuba.usd_scene.corners import Corners
-from purelight_mitsuba.usd_scene.coverage import one_to_one
 from purelight_mitsuba.usd_scene.materials import Materials
 from purelight_mitsuba.usd_scene.preview_surface import Look
 
@@ -119,8 +118,7 @@ def _lit(shape: Any, bsdf: mi.BSDF, look: Look, buffers: _Buffers) -> mi.Mesh:
     if look.radiance is None:
         return _mesh(shape, bsdf, None, buffers)
     buffers = replace(buffers, normal=None)
-    once = buffers.uv is not None and one_to_one(buffers.uv[buffers.triangles])
-    emitter = look.emitter(lambda: _mesh(shape, bsdf, None, buffers), once=once)
+    emitter = look.emitter(lambda: _mesh(shape, bsdf, None, buffers))
     return _mesh(shape, bsdf, emitter, buffers)
 
 

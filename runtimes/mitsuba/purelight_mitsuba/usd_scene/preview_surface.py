@@ -34,17 +34,15 @@ class Look:
     mirrored: mi.BSDF | None = None
     radiance: dict[str, Any] | None = None
 
-    def emitter(self, shape: Callable[[], mi.Shape], *, once: bool) -> mi.Emitter | None:
+    def emitter(self, shape: Callable[[], mi.Shape]) -> mi.Emitter | None:
         """A light for one shape more.
 
         Arguments:
             shape: Makes another one like it.
-            once: Whether each place of a picture is shown by one point of it at most; then
-                Mitsuba's own light can aim at where the picture is bright.
         """
         if self.radiance is None:
             return None
-        if self.radiance["type"] == "rgb" or (once and _unmoved(self.radiance)):
+        if self.radiance["type"] == "rgb":
             return mi.load_dict({"type": "area", "radiance": self.radiance})
         from purelight_mitsuba.usd_scene.area_light import TexturedArea  # Needs a variant
 
@@ -132,11 +130,6 @@ class PreviewSurface:
             return self._number(name, default, most)
         found = list(map(float, self._value(name, default)))
         return rgb(self._within(name, found, most))
-
-
-def _unmoved(picture: dict[str, Any]) -> bool:
-    """Whether a picture lies on its coordinates as they are."""
-    return bool(np.array_equal(np.array(picture["to_uv"].matrix), np.eye(4)))
 
 
 def _covered(inner: dict[str, Any] | None, opacity: Any) -> mi.BSDF:
