@@ -48,7 +48,12 @@ CASES = {
         '<scene version="3.0.0"><shape type="sphere"><emitter type="area"/></shape>'
         '<shape type="sphere"><emitter type="area" id="sun"><rgb name="radiance" '
         'value="inf, 1, 1"/></emitter></shape></scene>',
-        "the radiance of emitter 'sun' is not finite",
+        "the radiance or the place of emitter 'sun' is not finite",
+    ),
+    "endless without a name": (
+        '<scene version="3.0.0"><shape type="rectangle" id="lit"><emitter type="area">'
+        '<rgb name="radiance" value="inf, 1, 1"/></emitter></shape></scene>',
+        "emitter 'lit' is not finite",
     ),
     "blackbody": (
         '<scene version="3.0.0"><shape type="sphere"><emitter type="area"><spectrum '
