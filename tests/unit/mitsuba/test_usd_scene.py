@@ -145,6 +145,9 @@ def test_emission_and_its_texture(tmp_path: Path) -> None:
         np.testing.assert_allclose(np.array(hit.emitter(scene).eval(hit)).ravel(), expected)
 
 
+GLOWING = MATERIAL[: MATERIAL.index("def Plane")].replace(
+    "{inputs}", "color3f inputs:emissiveColor{}"
+)
 PANELS = """
 def Mesh "Panels" ( prepend apiSchemas = ["MaterialBindingAPI"] )
 {{
@@ -181,21 +184,14 @@ def test_all_of_a_glowing_picture_gives_light(
     picture = np.ones((2, 2, 3), np.float32)
     picture[:, 0] = 3
     write_exr(tmp_path / "map.exr", picture)
-    material, panels = (
-        MATERIAL[: MATERIAL.index("def Plane")],
-        PANELS.format(st=corners, normals=""),
-    )
+    panels = PANELS.format(st=corners, normals="")
     inputs = (".connect = </M/T.outputs:rgb>", " = (2, 2, 2)")
-    pictured, even = (
-        irradiance(tmp_path, material.format(inputs=f"color3f inputs:emissiveColor{v}") + panels)
-        for v in inputs
-    )
+    pictured, even = (irradiance(tmp_path, GLOWING.format(v) + panels) for v in inputs)
     np.testing.assert_allclose(pictured, even * share, rtol=0.02)
 
 
 def test_a_panel_that_shines_gives_all_of_its_light_under_any_normals(tmp_path: Path) -> None:
-    material = MATERIAL[: MATERIAL.index("def Plane")]
-    glow = material.format(inputs="color3f inputs:emissiveColor = (2, 2, 2)")
+    glow = GLOWING.format(" = (2, 2, 2)")
     bulged = [(-0.6, -0.6, -0.53), (-0.6, 0.6, -0.53), (0.6, 0.6, -0.53), (0.6, -0.6, -0.53)]
     normals = ("", f"normal3f[] normals = {bulged * 2}")
     flat, smooth = (

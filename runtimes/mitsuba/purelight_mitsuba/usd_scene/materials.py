@@ -10,9 +10,9 @@ import mitsuba as mi
 import numpy as np
 
 from purelight_format.usd.context import PURPOSES
-from purelight_mitsuba.usd_scene.preview_surface import PLAIN, Look, PreviewSurface, rgb, within
+from purelight_mitsuba.usd_scene.preview_surface import PLAIN, Look, PreviewSurface, rgb
 from purelight_mitsuba.usd_scene.shader_inputs import uv_name
-from purelight_mitsuba.usd_scene.values import Values
+from purelight_mitsuba.usd_scene.values import Values, within
 
 
 @dataclass
@@ -89,9 +89,10 @@ class Materials:
         """A diffuse surface in the prim's display colour."""
         found = self.values.primvar(prim, "displayColor")
         color = [PLAIN] * 3 if found is None or not len(found[0]) else found[0].mean(0).tolist()
-        if within(color) != color:
+        cut = within(color).tolist()
+        if cut != color:
             self.note(prim, "displayColor is not within 0 and 1; cut")
         if found is not None and len(found[0]) > 1:
             self.note(prim, "display colour varies over the prim; rendered in its mean")
-        diffuse = {"type": "diffuse", "reflectance": rgb(within(color))}
+        diffuse = {"type": "diffuse", "reflectance": rgb(cut)}
         return Look(mi.load_dict({"type": "twosided", "inner": diffuse}))

@@ -11,7 +11,7 @@ import numpy as np
 
 from purelight_mitsuba.usd_scene.shader_inputs import connected, value
 from purelight_mitsuba.usd_scene.textures import Textures
-from purelight_mitsuba.usd_scene.values import Values
+from purelight_mitsuba.usd_scene.values import Values, within
 
 PLAIN = 0.18  # Diffuse grey of a UsdPreviewSurface, and of prims without a material.
 IGNORED = ("displacement", "occlusion")
@@ -111,7 +111,7 @@ class PreviewSurface:
 
     def _within(self, name: str, values: list[float], most: float) -> list[float]:
         """Values from 0 to the most there can be, noted if they were not."""
-        cut = within(values, most)
+        cut: list[float] = within(values, most).tolist()
         if not np.allclose(cut, values, rtol=1e-5, atol=0):
             told = f"within 0 and {most:g}" if np.isfinite(most) else "finite and 0 or more"
             self.note(self.shader.GetPrim(), f"{name} is not {told}; cut")
@@ -143,9 +143,3 @@ def _covered(inner: dict[str, Any] | None, opacity: Any) -> mi.BSDF:
 def rgb(value: list[float]) -> dict[str, Any]:
     """A linear colour as Mitsuba's dictionary."""
     return {"type": "rgb", "value": value}
-
-
-def within(values: list[float], most: float = 1.0) -> list[float]:
-    """Each from 0 to the most there can be; what is no number is 0."""
-    finite = np.nan_to_num(values, nan=0.0, posinf=0.0 if np.isinf(most) else most, neginf=0.0)
-    return [float(v) for v in np.clip(finite, 0, most)]

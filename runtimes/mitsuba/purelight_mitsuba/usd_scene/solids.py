@@ -7,15 +7,16 @@ from typing import Any
 import numpy as np
 import trimesh
 
+from purelight_format.usd.walk import FURTHEST
 from purelight_mitsuba.usd_scene.corners import Corners
 from purelight_mitsuba.usd_scene.values import Values
 
-SOLIDS = ("Sphere", "Cube", "Cylinder", "Cone", "Capsule", "Plane")
 SIZES = {
     "Sphere": ("radius",), "Cube": ("size",), "Cylinder": ("radius", "height"),
     "Cone": ("radius", "height"), "Capsule": ("radius", "height"), "Plane": ("width", "length"),
 }  # fmt: skip
-SMALLEST, LARGEST = 1e-12, 1e18
+SOLIDS = tuple(SIZES)
+SMALLEST = 1e-12
 SMOOTH = ("Sphere", "Capsule")
 TURN = {"X": [[0, 0, 1], [1, 0, 0], [0, 1, 0]], "Y": [[0, 1, 0], [0, 0, 1], [1, 0, 0]]}
 
@@ -26,14 +27,14 @@ def solid(prim: Any, values: Values) -> Corners | None:
     sizes = {name: values.number(prim, name, 1.0) for name in SIZES[kind]}
     if sizes.get("height") == 0:
         del sizes["height"]  # A disk, or a sphere
-    if not all(SMALLEST < abs(size) < LARGEST for size in sizes.values()):
+    if not all(SMALLEST < abs(size) < FURTHEST for size in sizes.values()):
         return None
     shape = _shape(prim, values)
-    if str(prim.GetTypeName()) not in ("Sphere", "Cube"):
+    if kind not in ("Sphere", "Cube"):
         matrix = np.eye(4)
         matrix[:3, :3] = TURN.get(str(values.get(prim, "axis", "Z")), np.eye(3))
         shape.apply_transform(matrix)
-    smooth = str(prim.GetTypeName()) in SMOOTH
+    smooth = kind in SMOOTH
     normal = np.asarray(shape.vertex_normals)[shape.faces] if smooth else None
     position = np.asarray(shape.vertices, np.float64)[shape.faces]
     return Corners(position, np.arange(len(shape.faces)), normal)

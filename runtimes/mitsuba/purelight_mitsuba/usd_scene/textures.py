@@ -11,7 +11,7 @@ import mitsuba as mi
 import numpy as np
 
 from purelight_mitsuba.usd_scene.shader_inputs import upstream, uv_transform, value, wrap_mode
-from purelight_mitsuba.usd_scene.values import Values
+from purelight_mitsuba.usd_scene.values import Values, within
 
 CHANNELS = {"r": 0, "g": 1, "b": 2, "a": 3}
 DECODED = (2.0, 2.0, 2.0, 1.0), (-1.0, -1.0, -1.0, 0.0)  # Scale and bias of normal maps.
@@ -38,7 +38,7 @@ class Textures:
         if pixels is None:
             return None
         channel = min(CHANNELS.get(output, 0), pixels.shape[-1] - 1)
-        bitmap = self._bitmap(reader, _cut(pixels[..., [channel]]))
+        bitmap = self._bitmap(reader, within(pixels[..., [channel]]))
         return self._at_fallback(reader, bitmap)[0] if self.flat else bitmap
 
     def color(self, reader: Any, most: float = 1.0) -> dict[str, Any] | None:
@@ -46,7 +46,7 @@ class Textures:
         pixels = self._pixels(reader)
         if pixels is None:
             return None
-        bitmap = self._bitmap(reader, _cut(_three(pixels), most))
+        bitmap = self._bitmap(reader, within(_three(pixels), most))
         return {"type": "rgb", "value": self._at_fallback(reader, bitmap)} if self.flat else bitmap
 
     def normal(self, reader: Any, *, mirrored: bool = False) -> dict[str, Any] | None:
@@ -124,9 +124,3 @@ class Textures:
 def _three(pixels: np.ndarray) -> np.ndarray:
     """Three channels of a picture of any number."""
     return pixels[..., :3] if pixels.shape[-1] > 2 else np.repeat(pixels[..., :1], 3, -1)
-
-
-def _cut(pixels: np.ndarray, most: float = 1.0) -> np.ndarray:
-    """From 0 to the most; what is no number is 0."""
-    result: np.ndarray = np.clip(np.nan_to_num(pixels, nan=0.0, posinf=0.0, neginf=0.0), 0, most)
-    return result

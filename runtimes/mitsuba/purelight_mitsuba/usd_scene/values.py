@@ -64,3 +64,11 @@ def rigid(to_world: np.ndarray) -> np.ndarray:
     u, _, v = np.linalg.svd(to_world[:3, :3])
     result[:3, :3] = u @ v
     return result
+
+
+def within(values: Any, most: float = 1.0) -> np.ndarray:
+    """Numbers [...] from 0 to the most there can be; what is no number is 0."""
+    infinite = 0.0 if np.isinf(most) else most
+    finite = np.nan_to_num(values, nan=0.0, posinf=infinite, neginf=0.0)
+    result: np.ndarray = np.clip(finite, 0, most)
+    return result
