@@ -400,6 +400,25 @@ def at_origin(folder: Path, light: str) -> np.ndarray:
     return np.array(light_of * sample.d.z).mean(1)
 
 
+def test_a_room_that_goes_leaves_no_light_behind(tmp_path: Path) -> None:
+    """Mitsuba asks every light of a process for its shape, and fails at one whose shape is gone."""
+    from purelight_mitsuba.usd_scene.shaped_area import ShapedArea
+
+    def lights() -> int:
+        return sum(isinstance(o, ShapedArea) for o in gc.get_objects())
+
+    gc.collect()
+    gc.disable()
+    try:
+        before, cone = lights(), "float inputs:shaping:cone:angle = 40"
+        found = loaded(tmp_path, small_light(cone, "(0, 0, 2, 1)"))
+        assert lights() == before + 1
+        del found
+        assert lights() == before
+    finally:
+        gc.enable()
+
+
 def shaped(folder: Path, more: str, place: str = "(0, 0, 2, 1)") -> np.ndarray:
     """Irradiance of the floor below a small sphere light, or beside it."""
     return at_origin(folder, small_light(more, place))

@@ -62,6 +62,18 @@ def test_flux_is_the_same_and_noise_falls(mitsuba: Any) -> None:
     assert Emission.of(scene, 1.0).probability[0] > 0.9
 
 
+def test_an_emitter_that_outlived_its_shape_disturbs_nobody(mitsuba: Any) -> None:
+    from purelight_import.sanity.light import leaving
+    from purelight_import.sanity.subject import Subject
+    from purelight_train.light.light_tracing import trace_records
+
+    kept = spheres(mitsuba, (1.0,)).emitters()  # of a scene that is gone
+    scene, flux = spheres(mitsuba, (5.0,)), 4 * math.pi**2 * RADIUS**2 * 5
+    np.testing.assert_allclose(trace_records(scene, 1 << 14, 0).flux, flux, rtol=1e-3)
+    np.testing.assert_allclose(leaving(Subject(scene)).left.sum(0), flux, rtol=1e-3)
+    assert len(kept) == 1
+
+
 def test_a_faint_channel_gets_half_of_the_paths(mitsuba: Any) -> None:
     from purelight_train.light.emission import _probability
 

@@ -39,7 +39,8 @@ def leaving(subject: Subject, seed: int = 0, paths: int = PATHS) -> Leaving:
     sampler.seed(seed, count * each)
     index = dr.arange(mi.UInt32, count * each) // each
     emitter = dr.gather(mi.EmitterPtr, scene.emitters_dr(), index)
-    ray, weight, sized = _emit(subject, emitter, sampler)
+    shape = dr.gather(mi.ShapePtr, subject.emitter_shapes, index)
+    ray, weight, sized = _emit(subject, emitter, shape, sampler)
     weight = dr.select(dr.all(dr.isfinite(weight)), weight, 0)
     thin = ~sized & ~mi.has_flag(emitter.flags(), mi.EmitterFlags.SpatiallyVarying)
     left, sharp = _walk(scene, subject.extent, sampler, ray, weight, thin)
@@ -84,11 +85,10 @@ def _walk(
 
 
 def _emit(
-    subject: Subject, emitter: mi.EmitterPtr, sampler: mi.Sampler
+    subject: Subject, emitter: mi.EmitterPtr, shape: mi.ShapePtr, sampler: mi.Sampler
 ) -> tuple[mi.Ray3f, mi.Color3f, mi.Bool]:
     """Rays from emitters, W per channel of each, and whether the emitters have an area."""
     place, turn = sampler.next_2d(), sampler.next_2d()
-    shape = emitter.get_shape()
     sized = shape != dr.zeros(mi.ShapePtr)
     point = shape.sample_position(mi.Float(0), place, sized)
     si = mi.SurfaceInteraction3f(point, mi.Color0f())

@@ -41,6 +41,15 @@ class Subject:
         return np.array(dr.reinterpret_array(mi.UInt32, self.scene.shapes_dr()))
 
     @cached_property
+    def emitter_shapes(self) -> mi.ShapePtr:
+        """The shape of each emitter, null without: [E].
+
+        Each is asked alone: `EmitterPtr.get_shape` asks every emitter of the process, and fails at
+        one that outlived its shape.
+        """
+        return mi.ShapePtr([emitter.get_shape() for emitter in self.scene.emitters()])
+
+    @cached_property
     def refracting(self) -> NDArray[np.bool_]:
         """Which shapes are surfaces of glass bodies: [S]."""
         wanted = (mi.BSDFFlags.Transmission, mi.BSDFFlags.NonSymmetric)

@@ -21,12 +21,14 @@ class Emitted:
     """The beginning of a path.
 
     Arguments:
+        shape: the emitter's, null without.
         weight: W per channel: emitted radiance times cosine over the probability density of what
             was drawn.
     """
 
     ray: mi.Ray3f
     emitter: mi.EmitterPtr
+    shape: mi.ShapePtr
     weight: mi.Color3f
 
 
@@ -36,11 +38,13 @@ class Emission:
 
     Arguments:
         emitters: pointers to them, [E].
+        shapes: the shape of each, null without: [E].
         extent: size of the scene (`rays.scene_extent`).
         probability: [E], sums to one.
     """
 
     emitters: mi.EmitterPtr
+    shapes: mi.ShapePtr
     extent: mi.Float
     probability: NDArray[np.float64]
 
@@ -52,8 +56,14 @@ class Emission:
         pi * area * radiance, is exact; the power of other emitters is estimated.
         """
         emitters = scene.emitters_dr()
-        uniform = Emission(emitters, extent, np.full(len(emitters), 1 / len(emitters)))
-        return Emission(emitters, extent, _probability(uniform.power()))
+        even = np.full(len(emitters), 1 / len(emitters))
+        uniform = Emission(emitters, emitter_shapes(scene), extent, even)
+        return replace(uniform, probability=_probability(uniform.power()))
+
+    def at(self, index: mi.UInt32) -> tuple[mi.EmitterPtr, mi.ShapePtr]:
+        """Emitters by their number, and their shapes."""
+        emitter = dr.gather(mi.EmitterPtr, self.emitters, index)
+        return emitter, dr.gather(mi.ShapePtr, self.shapes, index)
 
     def power(self) -> NDArray[np.float64]:
         """Power that each emitter sends out in W per channel: [E, 3]."""
@@ -71,10 +81,8 @@ class Emission:
         rays = max(LEAST_PILOT_RAYS, PILOT_RAYS // count)
         sampler = mi.load_dict({"type": "independent"})
         sampler.seed(0, count * rays)
-        emitter = dr.gather(
-            mi.EmitterPtr, self.emitters, dr.arange(mi.UInt32, count * rays) // rays
-        )
-        weight = np.array(self._emit(emitter, sampler).weight, np.float64)
+        index = dr.arange(mi.UInt32, count * rays) // rays
+        weight = np.array(self._emit(index, sampler).weight, np.float64)
         return weight.reshape(3, count, rays)
 
     def brightest(self) -> NDArray[np.float64]:
@@ -86,8 +94,7 @@ class Emission:
         sampler = mi.load_dict({"type": "independent"})
         sampler.seed(1, PILOT_RAYS)
         index = mi.UInt32(sampler.next_1d() * len(self.probability))
-        emitter = dr.gather(mi.EmitterPtr, self.emitters, index)
-        shape = emitter.get_shape()
+        emitter, shape = self.at(index)
         area_light = shape != dr.zeros(mi.ShapePtr)
         point = shape.sample_position(mi.Float(0), sampler.next_2d(), area_light)
         si = mi.SurfaceInteraction3f(point, mi.Color0f())
@@ -99,31 +106,39 @@ class Emission:
         """Begin one path a lane: draw emitter, point and direction."""
         choice = mi.DiscreteDistribution(mi.Float(self.probability.astype(np.float32)))
         index, probability = choice.sample_pmf(sampler.next_1d())
-        emitter = dr.gather(mi.EmitterPtr, self.emitters, index)
-        emitted = self._emit(emitter, sampler)
+        emitted = self._emit(index, sampler)
         return replace(emitted, weight=emitted.weight / probability)
 
-    def _emit(self, emitter: mi.EmitterPtr, sampler: mi.Sampler) -> Emitted:
-        """Draw point and direction for given emitters.
+    def _emit(self, index: mi.UInt32, sampler: mi.Sampler) -> Emitted:
+        """Draw point and direction for emitters of given numbers.
 
         Area lights are sampled by area and cosine here, not by `sample_ray`: that lifts rays off
         as `spawn_ray` does (see `rays.leave`), and maps textures onto shapes by inverting UVs,
         which must then be a bijection.
         """
         position, direction = sampler.next_2d(), sampler.next_2d()
-        shape = emitter.get_shape()
+        emitter, shape = self.at(index)
         area_light = shape != dr.zeros(mi.ShapePtr)
         point = shape.sample_position(mi.Float(0), position, area_light)
         si = mi.SurfaceInteraction3f(point, mi.Color0f())
         si.wi = mi.warp.square_to_cosine_hemisphere(direction)
         ray = leave(si.p, si.n, si.to_world(si.wi), self.extent)
         weight = emitter.eval(si, area_light) * (dr.pi * dr.rcp(point.pdf))
-        if not bool(dr.all(self.emitters.get_shape() != dr.zeros(mi.ShapePtr))):
+        if not bool(dr.all(self.shapes != dr.zeros(mi.ShapePtr))):
             other, value = emitter.sample_ray(
                 mi.Float(0), sampler.next_1d(), position, direction, ~area_light
             )
             ray, weight = dr.select(area_light, ray, other), dr.select(area_light, weight, value)
-        return Emitted(ray, emitter, weight)
+        return Emitted(ray, emitter, shape, weight)
+
+
+def emitter_shapes(scene: mi.Scene) -> mi.ShapePtr:
+    """The shape of each emitter of a scene, null without: [E].
+
+    Each is asked alone: `EmitterPtr.get_shape` asks every emitter of the process, and fails at one
+    that outlived its shape.
+    """
+    return mi.ShapePtr([emitter.get_shape() for emitter in scene.emitters()])
 
 
 def _probability(power: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -135,12 +135,12 @@ def trace_paths(lamp: Lamp, sampler: mi.Sampler, visit: Visit | None = None) -> 
     visit = visit or lamp.scatter
     start = lamp.emission.sample(sampler)
     ray, emitted = start.ray, dr.max(start.weight)
-    medium = lamp.media.around(start.emitter)
+    medium = lamp.media.around(start.emitter, start.shape)
     nowhere, depth, events = dr.zeros(mi.Normal3f), mi.UInt32(0), mi.UInt32(0)
     last = Exit(mi.Point3f(ray.o), nowhere, nowhere, mi.Vector3f(ray.d), start.weight, depth)
     crossing = Crossing(dr.zeros(Exit), mi.Float(0), mi.Float(0))
     fate = dr.select(dr.isfinite(emitted), mi.UInt32(ABSORBED), BROKEN)
-    sharp = start.emitter.get_shape() == dr.zeros(mi.ShapePtr)
+    sharp = start.shape == dr.zeros(mi.ShapePtr)
     # Rays of a ray file are samples of a source that has an area
     needle = sharp & ~mi.has_flag(start.emitter.flags(), mi.EmitterFlags.SpatiallyVarying)
     active = emitted > 0

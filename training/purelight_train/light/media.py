@@ -71,12 +71,12 @@ class Media:
             return medium
         return dr.select(active & si.is_medium_transition(), si.target_medium(direction), medium)
 
-    def around(self, emitter: mi.EmitterPtr) -> mi.MediumPtr:
-        """The medium that emitters shine into."""
+    def around(self, emitter: mi.EmitterPtr, shape: mi.ShapePtr) -> mi.MediumPtr:
+        """The medium that emitters, or their shapes, shine into."""
         if not self.present:
             return dr.zeros(mi.MediumPtr)
         own, nothing = emitter.get_medium(), dr.zeros(mi.MediumPtr)
-        return dr.select(own != nothing, own, emitter.get_shape().exterior_medium())
+        return dr.select(own != nothing, own, shape.exterior_medium())
 
     def fly(
         self, medium: mi.MediumPtr, ray: mi.Ray3f, distance: mi.Float, weight: mi.Color3f,

@@ -95,8 +95,7 @@ class _Exposure:
         emission, scene = self.lamp.emission, self.lamp.scene
         choice = mi.DiscreteDistribution(mi.Float(emission.probability.astype(np.float32)))
         index, probability = choice.sample_pmf(sampler.next_1d())
-        emitter = dr.gather(mi.EmitterPtr, emission.emitters, index)
-        shape = emitter.get_shape()
+        emitter, shape = emission.at(index)
         point = shape.sample_position(
             mi.Float(0), sampler.next_2d(), shape != dr.zeros(mi.ShapePtr)
         )

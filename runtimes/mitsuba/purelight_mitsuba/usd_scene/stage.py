@@ -41,21 +41,29 @@ class UsdScene:
     notes: list[str]
 
 
+class _Notes(dict[str, None]):
+    """Lines of what is rendered otherwise than a stage says, each once."""
+
+    def __call__(self, prim: Any, text: str) -> None:
+        self[f"{prim.GetPath()}: {text}"] = None
+
+
 @dataclass
 class _Reader:
-    """Gathers the parts of a scene while the stage is walked."""
+    """Gathers the parts of a scene while the stage is walked.
+
+    Nothing that it holds may hold it: its parts would outlive the scene until Python looks for
+    cycles, and Mitsuba's calls of all emitters fail at one whose shape is gone.
+    """
 
     values: Values
     path: Path
     parts: dict[str, Any] = field(default_factory=lambda: {"type": "scene"})
-    notes: dict[str, None] = field(default_factory=dict)
+    note: _Notes = field(default_factory=_Notes)
 
     def __post_init__(self) -> None:
         self._materials = Materials(self.values, self.note)
         self._meshes = Meshes(self._materials)
-
-    def note(self, prim: Any, text: str) -> None:
-        self.notes[f"{prim.GetPath()}: {text}"] = None
 
     def add(self, shown: Shown) -> None:
         """Adds what a prim shows, by its type."""
@@ -119,7 +127,7 @@ def load_usd(
     reader.parts["sensor"] = camera.sensor(
         stage, reader.values, view, path, reader.note, pixel_filter
     )
-    return UsdScene(_load(reader.parts, path), list(reader.notes))
+    return UsdScene(_load(reader.parts, path), list(reader.note))
 
 
 def open_stage(path: Path) -> Any:
