@@ -107,6 +107,29 @@ def test_a_name_counts_however_the_format_writes_it(tmp_path: Path, name: str) -
     assert input_digest(tmp_path / name) != first
 
 
+LIBRARY = {
+    "lamp.gltf": '{"images": [{"uri": "../library/old%20wood.png"}]}',
+    "lamp.xml": '<scene><string name="filename" value="../library/old wood.png"/></scene>',
+    "lamp.mtl": "newmtl a\nmap_Kd -blendu on ..\\library\\old wood.png\n",
+    "lamp.usda": "#usda 1.0\n(subLayers = [@../library/parts.usda@])",
+}
+
+
+@pytest.mark.parametrize("name", LIBRARY)
+def test_files_of_other_folders_count(tmp_path: Path, name: str) -> None:
+    lamp, wood = tmp_path / "lamps" / name, tmp_path / "library/old wood.png"
+    for folder in (lamp.parent, wood.parent):
+        folder.mkdir()
+    lamp.write_text(LIBRARY[name])
+    (wood.parent / "parts.usda").write_text("#usda 1.0\nasset a = @old wood.png@")
+    wood.write_bytes(b"1")
+    first = input_digest(lamp)
+    lamp.parent.rename(tmp_path / "moved")
+    assert input_digest(tmp_path / "moved" / name) == first
+    wood.write_bytes(b"2")
+    assert input_digest(tmp_path / "moved" / name) != first
+
+
 @pytest.mark.parametrize("suffix", ["usdc", "usd"])
 def test_binary_usd_names_its_textures_and_other_layers(tmp_path: Path, suffix: str) -> None:
     from pxr import Sdf, Usd

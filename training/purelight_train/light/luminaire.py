@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -27,6 +26,7 @@ from purelight_train.light.interfaces import Interfaces
 from purelight_train.light.light_tracing import BATCH, trace_records
 from purelight_train.light.plugins import ray_file_plugin
 from purelight_train.light.rays import scene_extent
+from purelight_train.light.scene_files import scene_digest
 from purelight_train.light.virtual_surface import hull
 
 VISIBILITY_RAYS = 1 << 21
@@ -126,16 +126,6 @@ def exit_index(scene: mi.Scene, surface: ExitSurface) -> float:
     met = np.array(interfaces.relative(si.bsdf(), si, si.is_valid()))[np.array(si.is_valid())]
     index, count = np.unique(met[met > 1 + 1e-3], return_counts=True)
     return float(index[np.argmax(count)]) if len(index) else 1.0
-
-
-def scene_digest(path: Path) -> str:
-    """SHA-256 over the scene file and every mesh and texture beside it, in name order."""
-    digest = hashlib.sha256(path.read_bytes())
-    text = path.read_text(errors="replace")
-    for file in sorted(p for p in path.parent.rglob("*") if p.is_file() and p != path):
-        if file.name in text:
-            digest.update(file.name.encode() + b"\0" + file.read_bytes())
-    return digest.hexdigest()
 
 
 def _load_scene(path: Path) -> mi.Scene:

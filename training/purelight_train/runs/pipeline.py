@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 from purelight_format.errors import PureLightError
 from purelight_format.ray_file.files import is_ray_file
 from purelight_train.learning.teacher import Teacher
-from purelight_train.light.luminaire import Luminaire, scene_digest
+from purelight_train.light.luminaire import Luminaire
 from purelight_train.light.measured_luminaire import MeasuredLuminaire, ray_digest
+from purelight_train.light.scene_files import scene_digest
 from purelight_train.light.virtual_surface import AUTO, START, TIGHT
 from purelight_train.networks.student import Student
 from purelight_train.presets import Preset

@@ -66,10 +66,12 @@ def prepare(scene: mi.Scene, settings: Settings, before: SceneParts | None) -> S
     emitters = [e for e in scene.emitters() if isinstance(e, PureLightEmitter)]
     for emitter in emitters:
         emitter.refresh()
-    # The scene itself would keep the integrator, and so itself, alive for ever.
+    # The scene itself would keep the integrator, and so itself, alive for ever; an emitter without
+    # its shape would break all that asks every emitter of the process for its own.
+    owners = (e if (shape := e.get_shape()) is None else shape for e in scene.emitters())
     state = ((e.placement, e.level, e.luminaire, e.light_group) for e in emitters)
     weights = (float(e.sampling_weight()) for e in scene.emitters())
-    key = (settings, *scene.emitters(), *weights, *state)
+    key = (settings, *owners, *weights, *state)
     if before is not None and before.key == key:
         return before
     groups = tuple(group_names(emitters)) if settings.light_groups else ()
