@@ -22,11 +22,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import torch
 
 from purelight_format import atomic
 from purelight_mitsuba import platform
 from purelight_train.presets import DRAFT, PRESETS, Preset
+from purelight_train.threads import use
 
 if TYPE_CHECKING:  # Mitsuba's variant must be set before it is imported
     from purelight_train.light.radiance_field import Radiance
@@ -115,7 +115,7 @@ class Bench:
     def run(self, name: str, threads: int) -> Figures:
         """Train one variant and compare it with the truth."""
         shutil.rmtree(self._folder(name), ignore_errors=True)
-        torch.set_num_threads(threads)
+        use(threads)
         before, begin = time.process_time(), time.monotonic()
         training = self._training(name)
         training.lamp.store()
@@ -142,6 +142,8 @@ class Bench:
 
     def compare(self, training: Training) -> Figures:
         """Errors of a run's student, and against which truth."""
+        import torch
+
         from purelight_train.runs.evaluation import as_function
 
         radiance = as_function(training.student, torch.device("cpu"))

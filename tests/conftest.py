@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator
 
 import pytest
 
+import purelight_train  # noqa: F401 - before Torch: how its threads wait
 from purelight_mitsuba import platform
 
-os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")  # as purelight_train.threads
 platform.prepare()
 import drjit  # noqa: E402 - after what settles how it starts
 

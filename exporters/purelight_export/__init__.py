@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import purelight_train  # noqa: F401 - before Torch: how its threads wait
 from purelight_format import lazy
 
 _HOMES = {"Graph": "graph", "Value": "graph", "make_parts": "parts"}

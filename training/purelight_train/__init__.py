@@ -1,12 +1,13 @@
 """Light-trace a luminaire once, and train the networks of its bundle.
 
-Torch is loaded with the first of these names (`threads.use` first, to choose its threads), and
-Mitsuba needs a variant before (`purelight_mitsuba.use`).
+Torch is loaded with the first of these names, and Mitsuba needs a variant before
+(`purelight_mitsuba.use`).
 """
 
 from __future__ import annotations
 
 from purelight_format import lazy
+from purelight_train import threads as threads  # Before Torch: how its threads wait
 
 _HOMES = {
     "PRESETS": "presets",

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import os
 
+# Waiting threads sleep after some microseconds. They spin by default, which next to other busy
+# processes makes training 25 times as slow: a thread that waits at a barrier keeps the one it waits
+# for off its core. Torch reads this when it is first imported.
+WAITING = {"OMP_WAIT_POLICY": "PASSIVE", "GOMP_SPINCOUNT": "1000"}
+if not os.environ.keys() & WAITING:
+    os.environ.update(WAITING)
+
 
 def use(count: int) -> None:
-    """Give Torch a number of threads; call before anything imports Torch.
-
-    Waiting threads sleep. They spin by default, which next to another busy process makes training
-    ten times as slow: a thread that waits at a barrier keeps the one it waits for off its core.
-    """
-    os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
+    """Give Torch a number of threads."""
     import torch
 
     torch.set_num_threads(count)
