@@ -23,4 +23,4 @@ def test_the_runtime_loads_no_training_framework() -> None:
 
 @pytest.mark.parametrize("module", ["purelight_export.graph", "purelight_train"])
 def test_the_test_can_fail(module: str) -> None:
-    assert loaded(module) == [module.split(".")[0]]
+    assert module.split(".")[0] in loaded(module)
