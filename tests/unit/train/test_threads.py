@@ -1,4 +1,4 @@
-"""How Torch's threads wait: beside other busy processes, spinning ones are 25 times as slow."""
+"""How Torch's threads wait: beside other busy processes, spinning ones are many times as slow."""
 
 from __future__ import annotations
 
