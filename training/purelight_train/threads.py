@@ -5,8 +5,8 @@ from __future__ import annotations
 import os
 
 # Waiting threads sleep after some microseconds. They spin by default, which next to other busy
-# processes makes training many times as slow: a thread that waits at a barrier keeps the one it waits
-# for off its core. Torch reads this when it is first imported.
+# processes makes training many times as slow: a thread that waits at a barrier keeps the one that
+# it waits for off its core. Torch reads this when it is first imported.
 WAITING = {"OMP_WAIT_POLICY": "PASSIVE", "GOMP_SPINCOUNT": "1000"}
 if not os.environ.keys() & WAITING:
     os.environ.update(WAITING)
