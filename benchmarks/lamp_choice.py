@@ -13,7 +13,6 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -64,18 +63,15 @@ def _row(arguments: argparse.Namespace, count: int) -> None:
 
 def _by_power() -> Any:
     """A class that chooses lamps by their power, wherever they are."""
+    import drjit as dr
     import mitsuba as mi
 
-    class ByPower:
-        def __init__(self, emitters: Sequence[Any]) -> None:
-            power = [e.level * e.luminaire.power * e.placement.scale**2 for e in emitters]
-            self._choice = mi.DiscreteDistribution(power)
+    from purelight_mitsuba.lamps.lamp_choice import LampChoice, Scales
 
-        def sample(self, u: Any, _: Any, active: Any) -> Any:
-            return self._choice.sample_pmf(u, active)
-
-        def probability(self, lamp: Any, _: Any, active: Any) -> Any:
-            return self._choice.eval_pmf_normalized(lamp, active)
+    class ByPower(LampChoice):
+        def _scales(self, p: mi.Point3f, active: mi.Bool, own: mi.UInt32) -> Scales:
+            del p, active
+            return Scales(dr.zeros(mi.Float), self._without_own(own))
 
     return ByPower
 

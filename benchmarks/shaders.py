@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
@@ -19,6 +20,7 @@ import numpy as np
 
 from purelight_format import members
 from purelight_format.bundle import Bundle
+from purelight_format.errors import PureLightError
 from purelight_onnx.session import Session
 from purelight_shader import write
 from purelight_shader.conformance_host import NETWORKS
@@ -34,23 +36,34 @@ CHUNKS = (1, 512, 1024)
 Figures = dict[str, Any]
 
 
-def main() -> None:
+def main() -> int:
     """Measures every bundle, and prints one line for each network."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.shaders", description=__doc__)
     parser.add_argument("bundles", type=Path, nargs="+")
     parser.add_argument("--browser", action="store_true", help="WebGL and WebGPU in Chromium")
     parser.add_argument("--osl", action="store_true", help="OSL in Cycles; needs bpy")
     options = parser.parse_args()
-    for path in options.bundles:
-        bundle = Bundle.open(path)
-        print(f"{path.stem}")
-        with tempfile.TemporaryDirectory() as folder:
-            library = build(bundle, Path(folder), FLAGS)
-            for line in speeds(bundle, library):
-                print("   ", line)
-            for language, found in errors(bundle, library, options.browser, options.osl):
-                text = ", ".join(f"{name} {error:.3f}" for name, error in found.items())
-                print(f"    error in tolerances, {language}: {text}")
+    try:
+        if options.osl and not osl_picture.python():
+            raise PureLightError("--osl needs a Python with bpy; name it in PURELIGHT_BPY_PYTHON")
+        for path in options.bundles:
+            _measure(path, options)
+    except PureLightError as error:
+        print(f"benchmarks.shaders: error: {error}", file=sys.stderr)
+        return 2
+    return 0
+
+
+def _measure(path: Path, options: argparse.Namespace) -> None:
+    bundle = Bundle.open(path)
+    print(f"{path.stem}")
+    with tempfile.TemporaryDirectory() as folder:
+        library = build(bundle, Path(folder), FLAGS)
+        for line in speeds(bundle, library):
+            print("   ", line)
+        for language, found in errors(bundle, library, options.browser, options.osl):
+            text = ", ".join(f"{name} {error:.3f}" for name, error in found.items())
+            print(f"    error in tolerances, {language}: {text}")
 
 
 def speeds(bundle: Bundle, library: Library) -> Iterator[str]:
@@ -101,7 +114,7 @@ def errors(
             write(bundle, language, folder)
             _, result = browser.visit(Path(folder), "selftest.html", seconds=1200)
             yield language, json.loads(result)["errors"]
-    if in_cycles and osl_picture.python():
+    if in_cycles:
         yield "osl", _in_cycles(bundle, test)
 
 
@@ -128,4 +141,4 @@ def _in_cycles(bundle: Bundle, test: SelfTest) -> dict[str, float]:
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

@@ -79,7 +79,7 @@ SCALES = {
     ),
     "small": Scale(
         "small", ("frosted_globe", "crystal", "medieval"), "sketch", 48, 48, 24, 2,
-        doubling(4096), 1 << 20, 1 << 23, ("view_side",), ("glare_near",), (1, 16), 4,
+        doubling(4096), 1 << 22, 1 << 27, ("view_side",), ("glare_near",), (1, 16), 4,
     ),
     "full": Scale(
         "full", tuple(CATALOG), "standard", 128, 128, 64, 8,

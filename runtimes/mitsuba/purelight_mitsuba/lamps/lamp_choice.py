@@ -89,10 +89,13 @@ class LampChoice:
         )
         scale = (1 - DEFENSIVE) / total
         sound = dr.isfinite(scale) & (scale > 0)
-        power = dr.select(sound, mi.Float(DEFENSIVE), 1)
-        others = 1 - dr.gather(mi.Float, self._power, own, own != NONE)
-        power = dr.select(own != NONE, power / dr.maximum(others, LEAST), power)
+        power = dr.select(sound, mi.Float(DEFENSIVE), 1) * self._without_own(own)
         return Scales(dr.select(sound, scale, 0), power)
+
+    def _without_own(self, own: mi.UInt32) -> mi.Float:
+        """By what powers grow where a point's own lamp is not to be chosen."""
+        others = 1 - dr.gather(mi.Float, self._power, own, own != NONE)
+        return dr.select(own != NONE, dr.rcp(dr.maximum(others, LEAST)), 1)
 
     def _chance(self, lamp: mi.UInt32, p: mi.Point3f, own: mi.UInt32, scales: Scales) -> mi.Float:
         power = scales.power * dr.gather(mi.Float, self._power, lamp)
