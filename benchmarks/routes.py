@@ -207,7 +207,7 @@ def main() -> None:
     parser.add_argument("--output", type=Path, default=Path("out/bench/routes"))
     parser.add_argument("--lamps", nargs="+", default=["frosted_globe", "filament_bulb"])
     parser.add_argument("--variants", nargs="+", choices=VARIANTS, default=list(ANCHORED))
-    parser.add_argument("--preset", choices=("draft", "standard"), default="draft")
+    parser.add_argument("--preset", choices=("sketch", "draft", "standard"), default="draft")
     parser.add_argument("--size", type=int, default=SIZE, help="pixels of the truth, a side")
     parser.add_argument("--paths", type=int, default=PATHS, help="of the truth")
     parser.add_argument("--threads", type=int, default=1)

@@ -11,6 +11,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+import drjit as dr
 import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
@@ -476,4 +477,5 @@ def hosts(subject: Subject, count: int = 1 << 14) -> Figures:
 def _array(columns: Any) -> NDArray[np.float32]:
     """Dr.Jit columns of a network's output as NumPy: [N, D]."""
     flat = np.asarray(columns, dtype=object).reshape(-1)
+    dr.eval(list(flat))  # in one kernel, not in one for each of a map's 768 columns
     return np.stack([np.array(c).reshape(-1) for c in flat], 1)

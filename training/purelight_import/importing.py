@@ -152,11 +152,7 @@ def _looked_at(scene: Path, lamp: Lamp, *, picture: bool) -> list[str]:
     from purelight_import.sanity import doubts
     from purelight_mitsuba.scene_file import load_scene
 
-    try:
-        loaded = load_scene(scene, optimize=False)
-    except RuntimeError as error:
-        reason = " ".join(str(error).split())[-300:]
-        raise PureLightError(f"Mitsuba does not take the lamp: {reason}") from None
+    loaded = load_scene(scene, optimize=False)
     found = doubts(loaded)
     if picture:
         from purelight_import.write.portrait import portrait

@@ -109,12 +109,7 @@ def _away(scene: Path) -> list[str]:
     from purelight_mitsuba.scene_file import load_scene
     from purelight_train.light.kept import parts_away
 
-    try:
-        loaded = load_scene(scene, optimize=False)
-    except RuntimeError as error:
-        reason = " ".join(str(error).split())[-300:]
-        raise PureLightError(f"Mitsuba does not take the lamp: {reason}") from None
-    return parts_away(loaded)
+    return parts_away(load_scene(scene, optimize=False))
 
 
 def _hint_at(lamp: Luminaire) -> None:

@@ -9,6 +9,7 @@ by a picture and has no texture coordinates cannot be aimed at, and spoils every
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     import mitsuba as mi
 
 UPRIGHT = 1e-5  # of the radius
+OURS = re.compile(r"PureLightError: (.*)")
 
 
 def load_scene(path: Path, **options: Any) -> mi.Scene:
@@ -31,14 +33,19 @@ def load_scene(path: Path, **options: Any) -> mi.Scene:
         options: of `mi.load_file`.
 
     Raises:
-        PureLightError: a sphere that shines is turned and has a texture, a cylinder that shines is
-            mirrored, or a mesh that shines by a picture has no texture coordinates.
-        RuntimeError: Mitsuba does not take the file.
+        PureLightError: Mitsuba or a lamp in the scene does not take the file; a sphere that shines
+            is turned and has a texture, a cylinder that shines is mirrored, or a mesh that shines
+            by a picture has no texture coordinates.
     """
     import mitsuba as mi
 
-    with reading():
-        scene = mi.load_file(str(path.resolve()), **options)
+    try:
+        with reading():
+            scene = mi.load_file(str(path.resolve()), **options)
+    except Exception as error:  # A plugin in Python may raise anything.
+        told = reason(str(error))
+        kind = "" if OURS.search(str(error)) else "not a Mitsuba 3 scene: "
+        raise PureLightError(f"{path}: {kind}{told}") from error
     if isinstance(scene, mi.Scene):
         mended = {
             +mi.ShapeType.Sphere: _turn_upright,
@@ -49,6 +56,15 @@ def load_scene(path: Path, **options: Any) -> mi.Scene:
             if shape.is_emitter() and shape.shape_type() in mended:
                 mended[shape.shape_type()](shape)
     return scene
+
+
+def reason(text: str) -> str:
+    """The line of a Mitsuba error that says what is wrong."""
+    ours = OURS.findall(text)
+    if ours:
+        return str(ours[-1])
+    lines = [re.sub(r"^\[[^\]]*\]\s*", "", line).strip() for line in text.splitlines()]
+    return " ".join(line for line in lines if line)[-300:]
 
 
 def _turn_upright(shape: mi.Shape) -> None:

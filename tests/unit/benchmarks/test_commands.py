@@ -41,14 +41,13 @@ def run(words: str, **names: Path) -> subprocess.CompletedProcess[str]:
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A lamp of the smallest preset, with its scene, run and bundle in `demo` as the demo has them."""
+    """A lamp of the smallest preset; its scene, run and bundle in `demo`, as the demo has them."""
     folder = tmp_path_factory.mktemp("lamps")
     subject = prepare("frosted_globe", folder, "sketch", "photons", threads=2)
     demo = folder / "demo"
     demo.mkdir()
     for name, made in {
         "lamp": subject.scene.parent, "run": subject.run, "lamp.plux": subject.bundle,
-        "lamp.usda": subject.bundle.with_suffix(".usda"),
     }.items():  # fmt: skip
         (demo / name).symlink_to(made)
     return folder

@@ -38,10 +38,7 @@ def kept_parts(scene: Path) -> list[KeptPart]:
     Raises:
         PureLightError: Mitsuba does not take it, or there are too many materials.
     """
-    try:
-        loaded = load_scene(scene, optimize=False)
-    except RuntimeError as error:
-        raise PureLightError(f"{scene}: {' '.join(str(error).split())[-300:]}") from None
+    loaded = load_scene(scene, optimize=False)
     groups: dict[Finish, list[KeptPart]] = {}
     for part in map(_part, loaded.shapes()):
         groups.setdefault(replace(part.finish, name=""), []).append(part)

@@ -132,18 +132,8 @@ def _load_scene(path: Path) -> mi.Scene:
     if not path.is_file():
         raise PureLightError(f"{path}: no such file; give a Mitsuba 3 scene (.xml) of a lamp")
     ray_file_plugin()
-    try:
-        # Mitsuba would join meshes of one material, forget their names, and fail where some are
-        # flipped
-        scene = load_scene(path, optimize=False)
-    except PureLightError:
-        raise
-    except Exception as error:
-        reason = " ".join(str(error).split())
-        _, ours, told = reason.rpartition(f"{PureLightError.__name__}: ")
-        if ours:  # of a plugin
-            raise PureLightError(f"{path}: {told}") from None
-        raise PureLightError(f"{path}: not a Mitsuba 3 scene: {reason[-300:]}") from None
+    # Mitsuba would join meshes of one material, forget their names, and fail where some are flipped
+    scene = load_scene(path, optimize=False)
     if not isinstance(scene, mi.Scene):
         raise PureLightError(f"{path}: the file holds no <scene>; wrap the lamp's shapes in one")
     vertex_normals.settle(scene)

@@ -11,10 +11,10 @@ from tqdm import tqdm
 
 from purelight_format.errors import PureLightError
 from purelight_mitsuba.platform import reading
+from purelight_mitsuba.scene_file import reason
 from purelight_mitsuba.transport.integrator import PureLightIntegrator
 
 SAMPLES = 1 << 22  # Of one pass; about a gigabyte at most.
-OURS = re.compile(r"PureLightError: (.*)")
 
 
 def load_scene(path: Path) -> mi.Scene:
@@ -33,15 +33,6 @@ def load_scene(path: Path) -> mi.Scene:
     if not scene.sensors():
         raise PureLightError(f"{path}: the scene has no sensor")
     return scene
-
-
-def reason(text: str) -> str:
-    """The line of a Mitsuba error that says what is wrong."""
-    ours = OURS.findall(text)
-    if ours:
-        return ours[-1]
-    lines = [re.sub(r"^\[[^\]]*\]\s*", "", line).strip() for line in text.splitlines()]
-    return " ".join(line for line in lines if line)[:300]
 
 
 def integrator_for(

@@ -15,6 +15,7 @@ from purelight_format.usd.luminaires import LuminairePrim, luminaires_of
 from purelight_format.usd.walk import Shown, Walk
 from purelight_mitsuba.lamps.luminaire import load
 from purelight_mitsuba.platform import reading
+from purelight_mitsuba.scene_file import reason
 from purelight_mitsuba.usd_scene import camera, lights, shapes
 from purelight_mitsuba.usd_scene.materials import Materials
 from purelight_mitsuba.usd_scene.meshes import Meshes
@@ -170,8 +171,6 @@ def _luminaire(lamp: LuminairePrim, path: Path) -> dict[str, Any]:
 
 
 def _load(parts: dict[str, Any], path: Path) -> mi.Scene:
-    from purelight_mitsuba.output.passes import reason
-
     try:
         return mi.load_dict(parts)
     except RuntimeError as error:
