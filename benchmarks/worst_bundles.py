@@ -14,6 +14,7 @@ import os
 import resource
 import subprocess
 import sys
+import sysconfig
 import tempfile
 import time
 from collections.abc import Callable
@@ -168,13 +169,21 @@ SURFACES: dict[str, Callable[[], Surface]] = {
 
 def commands() -> dict[str, list[str]]:
     """What a user would call, in the folder of the bundle."""
-    render = ["purelight-render", "scene.xml", "--spp", "1", "--output", "a.exr", "--mode"]
+    validate, view, draw = (
+        installed(f"purelight-{name}") for name in ("validate", "view", "render")
+    )
+    render = [draw, "scene.xml", "--spp", "1", "--output", "a.exr", "--mode"]
     return {
-        "validate": ["purelight-validate", "lamp.plux"],
-        "view": ["purelight-view", "lamp.plux", "--output", "v.exr"],
+        "validate": [validate, "lamp.plux"],
+        "view": [view, "lamp.plux", "--output", "v.exr"],
         "accurate": [*render, "accurate"],
         "fast": [*render, "fast"],
     }
+
+
+def installed(command: str) -> str:
+    """A command of the environment that runs this, which need not be on the PATH."""
+    return str(Path(sysconfig.get_path("scripts")) / command)
 
 
 def called(command: list[str], folder: Path, limit: float) -> tuple[float, float, int, str]:
