@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
 from purelight_mitsuba.scene_file import load_scene
+from purelight_train.light.transmittance import transmittance_samples
 from purelight_train.truth.backlit import Backlit
 from tests.support.fidelity import Figures, Image, Subject
 
 PANELS, GLASS_RAYS = (15.0, 89.9), 16
+LINES = 8  # samples of a line that is traced
 VIEWS = ((30.0, 10.0), (30.0, -50.0))  # azimuth and elevation
 
 
@@ -17,8 +21,9 @@ def transmittance(subject: Subject, size: int = 64, spp: int = 512) -> Figures:
     """What the unlit lamp lets through, from two sides, before panels of 15 degrees and more.
 
     Over the silhouette: the truth's mean, the mean difference from it, and the root of the mean
-    square one, each without the truth's noise. Light that a lamp turns by more than 15 degrees is
-    no line's, and only the wide panel shows it.
+    square one, each without the truth's noise; that of a straight line that is traced (`line`), so
+    that the rest is the network's. Light that a lamp turns by more than 15 degrees is no line's,
+    and only the wide panel shows it.
     """
     return {
         f"panel of {angle} degrees": _before_panel(subject, size, spp, angle) for angle in PANELS
@@ -27,25 +32,43 @@ def transmittance(subject: Subject, size: int = 64, spp: int = 512) -> Figures:
 
 def _before_panel(subject: Subject, size: int, spp: int, half_angle: float) -> Figures:
     told: list[Image] = []
-    true: list[Image] = []
-    again: list[Image] = []
+    truth: tuple[list[Image], list[Image]] = ([], [])
+    straight: tuple[list[Image], list[Image]] = ([], [])
     for azimuth, elevation in VIEWS:
         view = Backlit(subject.description.sphere, size, azimuth, elevation, half_angle)
         lines = [view.lines(np.random.default_rng([9, k])) for k in range(GLASS_RAYS)]
         passing = np.mean([_passing(subject, *line) for line in lines], 0)
         met = np.isfinite(passing).all(1)
         told.append(passing[met])
-        for halves, seed in ((true, 1), (again, 2)):
+        for half in range(2):
             lamp = load_scene(subject.scene)
-            halves.append(view.transmitted(lamp, spp // 2, seed).reshape(-1, 3)[met])
-    ours, first, second = (np.concatenate(part) for part in (told, true, again))
-    square = ((ours - first) * (ours - second)).mean()
+            truth[half].append(view.transmitted(lamp, spp // 2, half + 1).reshape(-1, 3)[met])
+            straight[half].append(_traced(subject, lines, half)[met])
+    ours, first, second = (np.concatenate(part) for part in (told, *truth))
+    traced = [np.concatenate(half) for half in straight]
     return {
         "truth": float(0.5 * (first + second).mean()),
         "mean": float((ours - 0.5 * (first + second)).mean()),
-        "root_mean_square": float(np.sign(square) * np.sqrt(abs(square))),
+        "root_mean_square": _root((ours - first) * (ours - second)),
+        "line": _root((traced[0] - first) * (traced[1] - second)),
         "noise": float(0.5 * np.sqrt(((first - second) ** 2).mean())),
     }
+
+
+def _root(product: Image) -> float:
+    """Root of the mean of products of independent errors, which noise may make negative."""
+    mean = product.mean()
+    return float(np.sign(mean) * np.sqrt(abs(mean)))
+
+
+def _traced(subject: Subject, lines: list[tuple[Any, Any]], half: int) -> Image:
+    """Mean transmittance of all lines of a pixel, traced through the real lamp: [N, 3]."""
+    parts = [
+        transmittance_samples(subject.lamp, *line, seed=2 * (LINES * k + j) + half)
+        for k, line in enumerate(lines)
+        for j in range(LINES)
+    ]
+    return np.mean(parts, 0, dtype=np.float64)
 
 
 def _passing(
