@@ -16,7 +16,7 @@ from tests.support.trained import prepare
 ROOT = Path(__file__).parents[3]
 COMMANDS = {
     "checks": "benchmarks --reuse RUN --size 16 --paths 65536 --output OUTPUT --checks "
-    "appearance hosts",
+    "appearance hosts transmittance",
     "compile_cost": "benchmarks.compile_cost --only Sin",
     "closed_room": "benchmarks.closed_room --bundle BUNDLE --lamp SCENE --output OUTPUT "
     "--mountings wall --paths 65536 --spp 2",
