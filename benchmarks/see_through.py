@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,7 @@ from purelight_train.truth.backlit import Backlit
 from tests.support.fidelity import Figures, Image, Subject
 
 PANELS, GLASS_RAYS = (15.0, 89.9), 16
+Lines = tuple[NDArray[np.float32], NDArray[np.float32]]
 LINES = 8  # samples of a line that is traced
 VIEWS = ((30.0, 10.0), (30.0, -50.0))  # azimuth and elevation
 
@@ -25,32 +26,52 @@ def transmittance(subject: Subject, size: int = 64, spp: int = 512) -> Figures:
     that the rest is the network's. Light that a lamp turns by more than 15 degrees is no line's,
     and only the wide panel shows it.
     """
+    sights = [_Sight.of(subject, Backlit(subject.description.sphere, size, *v)) for v in VIEWS]
     return {
-        f"panel of {angle} degrees": _before_panel(subject, size, spp, angle) for angle in PANELS
+        f"panel of {angle} degrees": _before_panel(subject, sights, spp, angle) for angle in PANELS
     }
 
 
-def _before_panel(subject: Subject, size: int, spp: int, half_angle: float) -> Figures:
-    told: list[Image] = []
-    truth: tuple[list[Image], list[Image]] = ([], [])
-    straight: tuple[list[Image], list[Image]] = ([], [])
-    for azimuth, elevation in VIEWS:
-        view = Backlit(subject.description.sphere, size, azimuth, elevation, half_angle)
+@dataclass(frozen=True)
+class _Sight:
+    """A view's transmittances over the silhouette, whatever is behind: [N, 3].
+
+    Arguments:
+        met: pixels of the silhouette, [size²].
+        told: by the bundle.
+        traced: of straight lines through the real lamp, twice.
+    """
+
+    view: Backlit
+    met: NDArray[np.bool_]
+    told: Image
+    traced: tuple[Image, Image]
+
+    @staticmethod
+    def of(subject: Subject, view: Backlit) -> _Sight:
         lines = [view.lines(np.random.default_rng([9, k])) for k in range(GLASS_RAYS)]
-        passing = np.mean([_passing(subject, *line) for line in lines], 0)
-        met = np.isfinite(passing).all(1)
-        told.append(passing[met])
-        for half in range(2):
+        told = np.mean([_passing(subject, *line) for line in lines], 0)
+        met = np.isfinite(told).all(1)
+        first, second = (_traced(subject, lines, half)[met] for half in range(2))
+        return _Sight(view, met, told[met], (first, second))
+
+
+def _before_panel(subject: Subject, sights: list[_Sight], spp: int, half_angle: float) -> Figures:
+    truth: tuple[list[Image], list[Image]] = ([], [])
+    for sight in sights:
+        view = replace(sight.view, half_angle=half_angle)
+        for half, pictures in enumerate(truth):
             lamp = load_scene(subject.scene)
-            truth[half].append(view.transmitted(lamp, spp // 2, half + 1).reshape(-1, 3)[met])
-            straight[half].append(_traced(subject, lines, half)[met])
-    ours, first, second = (np.concatenate(part) for part in (told, *truth))
-    traced = [np.concatenate(half) for half in straight]
+            seen = view.transmitted(lamp, spp // 2, half + 1).reshape(-1, 3)
+            pictures.append(seen[sight.met])
+    first, second = map(np.concatenate, truth)
+    ours = np.concatenate([sight.told for sight in sights])
+    one, other = (np.concatenate([sight.traced[half] for sight in sights]) for half in range(2))
     return {
         "truth": float(0.5 * (first + second).mean()),
         "mean": float((ours - 0.5 * (first + second)).mean()),
         "root_mean_square": _root((ours - first) * (ours - second)),
-        "line": _root((traced[0] - first) * (traced[1] - second)),
+        "line": _root((one - first) * (other - second)),
         "noise": float(0.5 * np.sqrt(((first - second) ** 2).mean())),
     }
 
@@ -61,7 +82,7 @@ def _root(product: Image) -> float:
     return float(np.sign(mean) * np.sqrt(abs(mean)))
 
 
-def _traced(subject: Subject, lines: list[tuple[Any, Any]], half: int) -> Image:
+def _traced(subject: Subject, lines: list[Lines], half: int) -> Image:
     """Mean transmittance of all lines of a pixel, traced through the real lamp: [N, 3]."""
     parts = [
         transmittance_samples(subject.lamp, *line, seed=2 * (LINES * k + j) + half)

@@ -45,7 +45,9 @@ def main() -> int:
     options = parser.parse_args()
     try:
         if options.osl and not osl_picture.python():
-            raise PureLightError("--osl needs a Python with bpy; name it in PURELIGHT_BPY_PYTHON")
+            raise PureLightError(
+                f"--osl needs a Python with bpy; name one in {osl_picture.VARIABLE}"
+            )
         for path in options.bundles:
             _measure(path, options)
     except PureLightError as error:
