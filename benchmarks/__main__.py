@@ -20,7 +20,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from purelight_format import atomic
+from purelight_format import atomic, command
 from purelight_format.errors import PureLightError
 from purelight_mitsuba import platform
 from tests.support.trained import prepare
@@ -52,22 +52,19 @@ def main() -> int:
 
     A table of all figures in that file, those of earlier calls included, ends the output.
     """
-    parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
-    parser.add_argument("--output", type=Path, default=Path("out/bench"))
-    parser.add_argument("--preset", default="draft")
-    parser.add_argument("--routes", nargs="+", default=["photons"], choices=("teacher", "photons"))
-    parser.add_argument("--lamps", nargs="+", default=["frosted_globe", "filament_bulb"])
-    parser.add_argument("--checks", nargs="+", help="some of flux irradiance appearance ...")
-    parser.add_argument("--size", type=int, default=128, help="pixels of `appearance`, a side")
-    parser.add_argument("--paths", type=int, default=1 << 26, help="of the truth of `appearance`")
-    parser.add_argument("--threads", type=int, default=os.cpu_count(), help="of the training")
-    parser.add_argument("--reuse", nargs="+", type=Path, metavar="FOLDER", help="finished runs")
+    parser = command.Parser(prog="python -m benchmarks", description=__doc__)
+    add = parser.add_argument
+    add("--output", type=Path, default=Path("out/bench"))
+    add("--preset", default="draft")
+    add("--routes", nargs="+", default=["photons"], choices=("teacher", "photons"))
+    add("--lamps", nargs="+", default=["frosted_globe", "filament_bulb"])
+    add("--checks", nargs="+", help="some of flux irradiance appearance ...")
+    add("--size", type=command.whole(1), default=128, help="pixels of `appearance`, a side")
+    add("--paths", type=command.whole(1), default=1 << 26, help="of the truth of `appearance`")
+    add("--threads", type=command.whole(1), default=os.cpu_count(), help="of the training")
+    add("--reuse", nargs="+", type=Path, metavar="FOLDER", help="finished runs")
     arguments = parser.parse_args()
-    try:
-        results = _results(arguments)
-    except PureLightError as error:
-        print(f"benchmarks: error: {error}", file=sys.stderr)
-        return 2
+    results = _results(arguments)
     kind = "reuse" if arguments.reuse else arguments.preset
     report = arguments.output / f"fidelity-{kind}.json"
     report.parent.mkdir(parents=True, exist_ok=True)
@@ -166,4 +163,4 @@ def reuse(folder: Path) -> Any:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(command.run("benchmarks", main))

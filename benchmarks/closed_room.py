@@ -15,7 +15,6 @@ reflects of the room's light.
 
 from __future__ import annotations
 
-import argparse
 import itertools
 import json
 import sys
@@ -32,9 +31,8 @@ from purelight_examples.luminaires.lamp_scene import Part, matt, write_parts, wr
 from purelight_examples.scenes.furniture import boxes, wall
 from purelight_examples.scenes.lamp_choice import LampChoice, NeuralLamp, Point, RealLamp, move
 from purelight_examples.scenes.sensor import Picture, sensor
-from purelight_format import atomic
+from purelight_format import atomic, command
 from purelight_format.bundle import Bundle
-from purelight_format.errors import PureLightError
 from purelight_format.measures import BoundingSphere
 from purelight_mitsuba.scene_file import load_scene
 
@@ -263,39 +261,36 @@ def table(results: dict[str, Figures]) -> str:
 
 def main() -> int:
     """Measure every mounting, print the table and write OUTPUT/closed_room.json."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.closed_room", description=__doc__)
-    parser.add_argument("--bundle", type=Path, required=True, help=".plux of the lamp")
-    parser.add_argument("--lamp", type=Path, required=True, help="the lamp's own scene, .xml")
-    parser.add_argument("--mountings", nargs="+", default=MOUNTINGS, choices=MOUNTINGS)
-    parser.add_argument("--output", type=Path, default=Path("out/bench"))
-    parser.add_argument("--variant", choices=("llvm_ad_rgb", "cuda_ad_rgb"), default="llvm_ad_rgb")
-    parser.add_argument("--paths", type=int, default=16 << 20, help="of the reference")
-    parser.add_argument("--spp", type=int, default=256, help="of the neural lamp")
-    parser.add_argument("--reflectance", type=float, default=1, help="factor on all surfaces'")
-    parser.add_argument("--path-spp", type=int, default=0, help="of the real lamp, path traced")
+    parser = command.Parser(prog="python -m benchmarks.closed_room", description=__doc__)
+    add = parser.add_argument
+    add("--bundle", type=Path, required=True, help=".plux of the lamp")
+    add("--lamp", type=Path, required=True, help="the lamp's own scene, .xml")
+    add("--mountings", nargs="+", default=MOUNTINGS, choices=MOUNTINGS)
+    add("--output", type=Path, default=Path("out/bench"))
+    add("--variant", choices=("llvm_ad_rgb", "cuda_ad_rgb"), default="llvm_ad_rgb")
+    add("--paths", type=command.whole(1), default=16 << 20, help="of the reference")
+    add("--spp", type=command.whole(1), default=256, help="of the neural lamp")
+    add("--reflectance", type=command.number(0), default=1, help="factor on all surfaces'")
+    add("--path-spp", type=command.whole(0), default=0, help="of the real lamp, path traced")
     arguments = parser.parse_args()
     from purelight_mitsuba import use
 
     use(arguments.variant)
-    try:
-        sphere = Bundle.open(arguments.bundle).manifest.bounding_sphere
-        folder = arguments.output / "closed_room"
-        folder.mkdir(parents=True, exist_ok=True)
-        results = {}
-        for name in arguments.mountings:
-            mounting = mountings(sphere.radius)[name]
-            print(f"{name} ...", file=sys.stderr, flush=True)
-            room = Room(name, mounting, sphere, folder, arguments.reflectance)
-            results[name] = room.measure(
-                arguments.bundle,
-                arguments.lamp,
-                arguments.paths,
-                arguments.spp,
-                arguments.path_spp,
-            )
-    except PureLightError as error:
-        print(f"benchmarks.closed_room: error: {error}", file=sys.stderr)
-        return 2
+    sphere = Bundle.open(arguments.bundle).manifest.bounding_sphere
+    folder = arguments.output / "closed_room"
+    folder.mkdir(parents=True, exist_ok=True)
+    results = {}
+    for name in arguments.mountings:
+        mounting = mountings(sphere.radius)[name]
+        print(f"{name} ...", file=sys.stderr, flush=True)
+        room = Room(name, mounting, sphere, folder, arguments.reflectance)
+        results[name] = room.measure(
+            arguments.bundle,
+            arguments.lamp,
+            arguments.paths,
+            arguments.spp,
+            arguments.path_spp,
+        )
     text = json.dumps(results, indent=2) + "\n"
     atomic.write_bytes(arguments.output / "closed_room.json", text.encode())
     print(table(results))
@@ -303,4 +298,4 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(command.run("benchmarks.closed_room", main))

@@ -8,7 +8,6 @@ kernels. A foretold time that is too low would let a bomb pass; one that is too 
 
 from __future__ import annotations
 
-import argparse
 import multiprocessing
 import os
 import sys
@@ -19,6 +18,7 @@ from concurrent.futures import ProcessPoolExecutor
 import numpy as np
 
 from benchmarks.one_network import FLOAT, INT64, Body, Graph, layers, repeated, rows
+from purelight_format import command
 from purelight_mitsuba.platform import use
 
 NETWORK, BAR = "appearance", 5.0
@@ -109,7 +109,7 @@ def alone(name: str) -> tuple[float, float]:
 
 def main() -> int:
     """0 if no network takes more than BAR times what is foretold."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.compile_cost", description=__doc__)
+    parser = command.Parser(prog="python -m benchmarks.compile_cost", description=__doc__)
     parser.add_argument("--only", nargs="+", choices=list(BODIES), metavar="NAME")
     names = parser.parse_args().only or list(BODIES)
     print(f"{'':<26}{'foretold':>10}{'measured':>10}{'ratio':>8}", flush=True)
@@ -122,4 +122,4 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(command.run("benchmarks.compile_cost", main))

@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 from benchmarks.finishes import CAMERA, FIELD
 from benchmarks.past_lamp import past_lamp
 from purelight_blender import packing
+from purelight_format import command
 from purelight_format.bundle import Bundle
 from purelight_format.errors import PureLightError
 from purelight_mitsuba.platform import use
@@ -41,24 +42,19 @@ Renderer = Callable[[int], tuple[Image, float]]  # A seed; picture and seconds.
 
 def main() -> int:
     """Prints a table for each scene."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = command.Parser(prog="python -m benchmarks.cycles", description=__doc__)
     parser.add_argument("--bundle", type=Path, required=True)
     parser.add_argument("--lamp", type=Path, help="the real lamp, for the truth")
-    parser.add_argument("--spp", type=int, default=64)
-    parser.add_argument("--size", type=int, default=64)
-    parser.add_argument("--paths", type=int, default=1 << 24, help="of the truth")
+    parser.add_argument("--spp", type=command.whole(1), default=64)
+    parser.add_argument("--size", type=command.whole(1), default=64)
+    parser.add_argument("--paths", type=command.whole(1), default=1 << 24, help="of the truth")
     options = parser.parse_args()
     program = osl_picture.python()
     if program is None:
-        print(f"no Python with bpy: name one in {osl_picture.VARIABLE}", file=sys.stderr)
-        return 2
+        raise PureLightError(f"no Python with bpy; name one in {osl_picture.VARIABLE}")
     use()
     with tempfile.TemporaryDirectory() as folder:
-        try:
-            _compare(options, installed(program, Path(folder)))
-        except PureLightError as error:
-            print(f"benchmarks.cycles: error: {error}", file=sys.stderr)
-            return 2
+        _compare(options, installed(program, Path(folder)))
     return 0
 
 
@@ -304,4 +300,4 @@ def pixels(path: Path) -> Image:
 
 
 if __name__ == "__main__":
-    raise SystemExit(main())
+    sys.exit(command.run("benchmarks.cycles", main))

@@ -14,7 +14,6 @@ compilation.
 
 from __future__ import annotations
 
-import argparse
 import json
 import sys
 import time
@@ -33,9 +32,8 @@ from purelight_examples.scenes import room
 from purelight_examples.scenes.furniture import wall
 from purelight_examples.scenes.lamp_choice import NeuralLamp, Point
 from purelight_examples.scenes.sensor import Picture, sensor
-from purelight_format import atomic
+from purelight_format import atomic, command
 from purelight_format.bundle import Bundle
-from purelight_format.errors import PureLightError
 from purelight_format.measures import BoundingSphere
 from purelight_mitsuba.scene_file import load_scene
 
@@ -247,30 +245,26 @@ def table(results: dict[str, dict[str, Figures]]) -> str:
 
 def main() -> int:
     """Measure all lamps, print the table and write OUTPUT/fast_mode.json."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.fast_mode", description=__doc__)
+    parser = command.Parser(prog="python -m benchmarks.fast_mode", description=__doc__)
     parser.add_argument("--lamp", type=Path, nargs="+", required=True, help=".plux bundles")
     parser.add_argument("--output", type=Path, default=Path("out/bench"))
     parser.add_argument("--places", nargs="+", default=(), help="some of room pendant ...")
     parser.add_argument("--engines", nargs="+", default=["auto"])
-    parser.add_argument("--spp", type=int, default=16, help="of one pass")
-    parser.add_argument("--passes", type=int, default=16)
+    parser.add_argument("--spp", type=command.whole(1), default=16, help="of one pass")
+    parser.add_argument("--passes", type=command.whole(1), default=16)
     arguments = parser.parse_args()
     from purelight_mitsuba import use
 
     use()
     results: dict[str, dict[str, Figures]] = {}
-    try:
-        for lamp in arguments.lamp:
-            for engine in arguments.engines:
-                name = f"{lamp.with_suffix('')} {engine}"
-                print(f"{name} ...", file=sys.stderr, flush=True)
-                results[name] = compare(
-                    lamp, arguments.output / "fast_mode", names=arguments.places, engine=engine,
-                    spp=arguments.spp, passes=arguments.passes,
-                )  # fmt: skip
-    except PureLightError as error:
-        print(f"benchmarks.fast_mode: error: {error}", file=sys.stderr)
-        return 2
+    for lamp in arguments.lamp:
+        for engine in arguments.engines:
+            name = f"{lamp.with_suffix('')} {engine}"
+            print(f"{name} ...", file=sys.stderr, flush=True)
+            results[name] = compare(
+                lamp, arguments.output / "fast_mode", names=arguments.places, engine=engine,
+                spp=arguments.spp, passes=arguments.passes,
+            )  # fmt: skip
     text = json.dumps(results, indent=2) + "\n"
     atomic.write_bytes(arguments.output / "fast_mode.json", text.encode())
     print(table(results))
@@ -278,4 +272,4 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(command.run("benchmarks.fast_mode", main))

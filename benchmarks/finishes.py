@@ -30,7 +30,7 @@ from scipy import stats
 
 from benchmarks import finished_lamps
 from benchmarks.zoo.lamps.plugin import scale_bumps
-from purelight_format import atomic
+from purelight_format import atomic, command
 from purelight_format.bundle import Bundle
 from purelight_mitsuba import platform
 from purelight_mitsuba.scene_file import load_scene
@@ -304,7 +304,7 @@ def subjects(options: argparse.Namespace) -> list[Subject]:
 
 def main() -> int:
     """Measures the lamps; figures go to stdout and OUTPUT/finishes.json."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.finishes", description=__doc__)
+    parser = command.Parser(prog="python -m benchmarks.finishes", description=__doc__)
     add = parser.add_argument
     add("--runs", type=Path)
     add("--scenes", type=Path, help="only write the lamps' scenes")
@@ -314,9 +314,9 @@ def main() -> int:
     add("--states", nargs="+", choices=STATES, default=STATES)
     add("--truth", choices=("path", "ptracer"), default="path")
     add("--mode", default="accurate")
-    add("--size", type=int, default=96)
-    add("--spp", type=int, default=256)
-    add("--truth-spp", type=int, default=1024)
+    add("--size", type=command.whole(1), default=96)
+    add("--spp", type=command.whole(1), default=256)
+    add("--truth-spp", type=command.whole(1), default=1024)
     options = parser.parse_args()
     if options.scenes:
         for name in options.lamps:
@@ -359,4 +359,4 @@ def _show(title: str, found: Figures) -> None:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(command.run("benchmarks.finishes", main))

@@ -18,31 +18,28 @@ from typing import Any
 
 import numpy as np
 
-from purelight_format.errors import PureLightError
+from purelight_format import command
 
 APART, WIDTH, HEIGHT, RADIUS, SIZE = 2.0, 2.0, 2.5, 0.1, 96  # Metres; pixels.
 
 
 def main() -> int:
     """Prints a row per number of lamps."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.lamp_choice", description=__doc__)
-    parser.add_argument("--lamp", type=Path, required=True, help=".plux bundle")
-    parser.add_argument("--counts", type=int, nargs="+", default=(1, 30, 60), help="of lamps")
-    parser.add_argument("--passes", type=int, default=8, help="renderings each")
-    parser.add_argument("--spp", type=int, default=16)
-    parser.add_argument("--mode", default="accurate")
-    parser.add_argument("--engine", default="auto")
+    parser = command.Parser(prog="python -m benchmarks.lamp_choice", description=__doc__)
+    add = parser.add_argument
+    add("--lamp", type=Path, required=True, help=".plux bundle")
+    add("--counts", type=command.whole(1), nargs="+", default=(1, 30, 60), help="of lamps")
+    add("--passes", type=command.whole(2), default=8, help="renderings each")
+    add("--spp", type=command.whole(1), default=16)
+    add("--mode", default="accurate")
+    add("--engine", default="auto")
     arguments = parser.parse_args()
     from purelight_mitsuba import use
 
-    try:
-        use()
-        print("lamps   s here  s power   var here  var power    gain")
-        for count in arguments.counts:
-            _row(arguments, count)
-    except PureLightError as error:
-        print(f"benchmarks.lamp_choice: error: {error}", file=sys.stderr)
-        return 2
+    use()
+    print("lamps   s here  s power   var here  var power    gain")
+    for count in arguments.counts:
+        _row(arguments, count)
     return 0
 
 
@@ -128,4 +125,4 @@ def corridor(path: Path, count: int) -> dict[str, Any]:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(command.run("benchmarks.lamp_choice", main))

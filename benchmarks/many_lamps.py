@@ -8,7 +8,6 @@ The asset is referenced by as many prims, by as many instanceable ones, and by o
 
 from __future__ import annotations
 
-import argparse
 import os
 import sys
 import tempfile
@@ -19,6 +18,7 @@ from typing import Any, TypeVar
 
 from pxr import Usd
 
+from purelight_format import command
 from purelight_format.errors import PureLightError
 from purelight_format.usd.luminaires import luminaires
 from purelight_mitsuba import platform
@@ -94,24 +94,20 @@ def row(kind: str, asset: Path, count: int, folder: Path) -> str:
 
 def main() -> int:
     """Print the table; returns 0, or 2 after a one-line error."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = command.Parser(prog="python -m benchmarks.many_lamps", description=__doc__)
     parser.add_argument("asset", type=Path, help="of purelight-export, beside its bundle")
-    parser.add_argument("--count", type=int, default=2000)
+    parser.add_argument("--count", type=command.whole(1), default=2000)
     options = parser.parse_args()
     platform.use()
-    try:
-        if not options.asset.is_file():
-            raise PureLightError(f"{options.asset}: no such file; purelight-export writes it")
-        with tempfile.TemporaryDirectory() as folder:
-            print("| lamps as | s to find | s to load |\n|---|---|---|")
-            for kind in KINDS:
-                print(row(kind, options.asset.resolve(), options.count, Path(folder)), flush=True)
-    except PureLightError as error:
-        print(f"many_lamps: error: {error}", file=sys.stderr)
-        return 2
+    if not options.asset.is_file():
+        raise PureLightError(f"{options.asset}: no such file; purelight-export writes it")
+    with tempfile.TemporaryDirectory() as folder:
+        print("| lamps as | s to find | s to load |\n|---|---|---|")
+        for kind in KINDS:
+            print(row(kind, options.asset.resolve(), options.count, Path(folder)), flush=True)
     sys.stdout.flush()
     os._exit(0)  # Scenes of thousands of lamps take long to be freed
 
 
 if __name__ == "__main__":
-    raise SystemExit(main())
+    sys.exit(command.run("benchmarks.many_lamps", main))

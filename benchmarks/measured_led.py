@@ -11,9 +11,9 @@ exported bundle.
 
 from __future__ import annotations
 
-import argparse
 import json
 import shutil
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +25,7 @@ from benchmarks.ray_files import Table, difference
 from purelight_examples.luminaires.parts import revolve
 from purelight_examples.luminaires.solids import joined
 from purelight_export.rays import bundle_rays, traced_rays
-from purelight_format import atomic
+from purelight_format import atomic, command
 from purelight_format.color import LUMENS_PER_WATT, LUMINANCE
 from purelight_format.ray_file.conversion import rays_of
 from purelight_format.ray_file.files import read_ray_file
@@ -179,11 +179,14 @@ def _sums(x: Table, y: Table, x_edges: Table, y_edges: Table, light: Table) -> T
 
 def main() -> int:
     """Run the benchmark; prints the figures and writes them."""
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("led", type=Path)
-    parser.add_argument("--preset", default="draft")
-    parser.add_argument("--threads", type=int, default=1)
-    parser.add_argument("--output", type=Path, default=Path("out/bench/measured_led"))
+    parser = command.Parser(
+        prog="python -m benchmarks.measured_led", description=__doc__.split("\n")[0]
+    )
+    add = parser.add_argument
+    add("led", type=Path)
+    add("--preset", default="draft")
+    add("--threads", type=command.whole(1), default=1)
+    add("--output", type=Path, default=Path("out/bench/measured_led"))
     options = parser.parse_args()
     platform.prepare()
     platform.use()
@@ -222,4 +225,4 @@ def repeated(rays: Rays, copies: int) -> Rays:
 
 
 if __name__ == "__main__":
-    raise SystemExit(main())
+    sys.exit(command.run("benchmarks.measured_led", main))

@@ -9,7 +9,6 @@ operator writes; the last column is the longest of them over the stated cost, at
 
 from __future__ import annotations
 
-import argparse
 import sys
 import time
 from collections.abc import Callable, Iterator
@@ -19,6 +18,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.one_network import BOOL, FLOAT, INT32, INT64, Graph, rows
+from purelight_format import command
 from purelight_format.networks import reference
 from purelight_format.networks.profile import inspect
 from purelight_mitsuba.platform import use
@@ -221,8 +221,8 @@ def difference(evaluator: str, models: tuple[bytes, bytes], scale: float) -> flo
 
 def main() -> int:
     """0 if no operator takes more than BAR times what is stated."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.operator_cost", description=__doc__)
-    parser.add_argument("--width", type=int, default=128)
+    parser = command.Parser(prog="python -m benchmarks.operator_cost", description=__doc__)
+    parser.add_argument("--width", type=command.whole(1), default=128)
     parser.add_argument("--only", nargs="+", metavar="OPERATOR")
     options = parser.parse_args()
     use()
@@ -248,4 +248,4 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(command.run("benchmarks.operator_cost", main))

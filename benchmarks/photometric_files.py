@@ -9,8 +9,8 @@ in both formats anew, and asks both for the flux of what was written.
 
 from __future__ import annotations
 
-import argparse
 import hashlib
+import sys
 import tempfile
 from pathlib import Path
 
@@ -18,6 +18,7 @@ import numpy as np
 from photompy import IESFile
 from pyldt import LdtReader
 
+from purelight_format import command
 from purelight_format.errors import PureLightError
 from purelight_format.photometry.eulumdat_writer import eulumdat_text
 from purelight_format.photometry.files import is_photometric, read_photometry
@@ -74,7 +75,9 @@ def tell(off: Off, whose: str) -> None:
 
 def main() -> int:
     """Prints what could not be read and how far the others are, and the counts."""
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser = command.Parser(
+        prog="python -m benchmarks.photometric_files", description=__doc__.split("\n")[0]
+    )
     parser.add_argument("folders", type=Path, nargs="+")
     seen: set[bytes] = set()
     read, refused = 0, 0
@@ -104,4 +107,4 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    raise SystemExit(main())
+    sys.exit(command.run("benchmarks.photometric_files", main))

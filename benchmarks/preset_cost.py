@@ -35,23 +35,19 @@ Figures = dict[str, Any]
 
 def main() -> int:
     """Train, print the table and write the figures; 2 after a one-line error."""
-    parser = argparse.ArgumentParser(prog=f"python -m {COMMAND}", description=__doc__)
+    parser = command.Parser(prog=f"python -m {COMMAND}", description=__doc__)
     add = parser.add_argument
     add("--lamp", type=Path, required=True, help="the lamp's scene, .xml")
     add("--output", type=Path, default=Path("out/bench"))
     add("--preset", choices=tuple(PRESETS), default="paper")
-    add("--share", type=float, default=0.01, help="of the steps")
+    add("--share", type=command.number(0), default=0.01, help="of the steps")
     add("--route", choices=("photons", "teacher"), default="photons")
     add("--anchor", choices=tuple(ANCHORS), default="none")
     add("--device", choices=("cpu", "cuda", "auto"), default="auto")
     add("--threads", type=command.whole(1), default=os.cpu_count() or 1)
     add("--mixed-precision", action="store_true", help="dense layers in bfloat16")
     arguments = parser.parse_args()
-    try:
-        figures = measure(arguments)
-    except PureLightError as error:
-        print(f"{COMMAND}: error: {error}", file=sys.stderr)
-        return 2
+    figures = measure(arguments)
     print(table(figures))
     return 0
 
@@ -137,4 +133,4 @@ def table(figures: Figures) -> str:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(command.run(COMMAND, main))

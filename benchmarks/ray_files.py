@@ -10,8 +10,8 @@ third column. What was trained before is not trained again.
 
 from __future__ import annotations
 
-import argparse
 import json
+import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from purelight_examples.luminaires import frosted_globe
 from purelight_export.export import export
 from purelight_export.rays import traced_rays
+from purelight_format import atomic, command
 from purelight_format.color import LUMINANCE
 from purelight_format.ray_file.conversion import file_of
 from purelight_format.ray_file.files import write_ray_file
@@ -104,10 +105,13 @@ def trained(lamp: Path, folder: Path, preset: Any) -> Luminaire:
 
 def main() -> int:
     """Run the benchmark; prints the table and writes it."""
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--rays", type=int, default=2_000_000)
-    parser.add_argument("--preset", default="draft")
-    parser.add_argument("--output", type=Path, default=Path("out/bench/ray_files"))
+    parser = command.Parser(
+        prog="python -m benchmarks.ray_files", description=__doc__.split("\n")[0]
+    )
+    add = parser.add_argument
+    add("--rays", type=command.whole(1), default=2_000_000)
+    add("--preset", default="draft")
+    add("--output", type=Path, default=Path("out/bench/ray_files"))
     options = parser.parse_args()
     use()
     from purelight_train.light.luminaire import load_luminaire
@@ -133,9 +137,9 @@ def main() -> int:
         for name, (one, other) in pairs.items()
     }
     print(json.dumps(found, indent=1))
-    (out / "ray_files.json").write_text(json.dumps(found, indent=1))
+    atomic.write_bytes(out / "ray_files.json", json.dumps(found, indent=1).encode())
     return 0
 
 
 if __name__ == "__main__":
-    raise SystemExit(main())
+    sys.exit(command.run("benchmarks.ray_files", main))

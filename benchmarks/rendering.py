@@ -20,9 +20,8 @@ from typing import Any
 
 import numpy as np
 
-from purelight_format import atomic
+from purelight_format import atomic, command
 from purelight_format.bundle import Bundle
-from purelight_format.errors import PureLightError
 from purelight_mitsuba.scene_file import load_scene
 
 PASS_SPP = 8
@@ -51,18 +50,15 @@ class Job:
 
 def main() -> int:
     """Measure, print the tables and write OUTPUT/rendering.json."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.rendering", description=__doc__)
-    parser.add_argument("--output", type=Path, default=Path("out/bench"))
-    parser.add_argument("--lamp", type=Path, nargs="+", required=True, help=".plux bundles")
-    parser.add_argument("--size", type=int, nargs=2, default=(512, 512), metavar=("W", "H"))
-    parser.add_argument("--spp", type=int, default=64)
-    parser.add_argument("--limit", type=float, default=600, help="seconds of one rendering")
+    parser = command.Parser(prog="python -m benchmarks.rendering", description=__doc__)
+    add = parser.add_argument
+    add("--output", type=Path, default=Path("out/bench"))
+    add("--lamp", type=Path, nargs="+", required=True, help=".plux bundles")
+    add("--size", type=command.whole(1), nargs=2, default=(512, 512), metavar=("W", "H"))
+    add("--spp", type=command.whole(1), default=64)
+    add("--limit", type=command.number(0), default=600, help="seconds of one rendering")
     arguments = parser.parse_args()
-    try:
-        results = measure(arguments)
-    except PureLightError as error:
-        print(f"benchmarks.rendering: error: {error}", file=sys.stderr)
-        return 2
+    results = measure(arguments)
     report = arguments.output / "rendering.json"
     atomic.write_bytes(report, (json.dumps(results, indent=2) + "\n").encode())
     print(table(results))
@@ -208,4 +204,4 @@ def table(results: Figures) -> str:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(command.run("benchmarks.rendering", main))

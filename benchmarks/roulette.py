@@ -21,28 +21,23 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from purelight_format import command
 from purelight_format.errors import PureLightError
 
 
 def main() -> int:
     """Prints a row per scene and depth; 0, or 2 after a one-line error."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.roulette", description=__doc__)
+    parser = command.Parser(prog="python -m benchmarks.roulette", description=__doc__)
     add = parser.add_argument
     add("scenes", type=Path, nargs="+", metavar="SCENE")
     add("--integrator", choices=("path", "volpath", "ptracer"), default="path")
-    add("--depths", type=int, nargs="+", default=(8, 16, 32, 64), metavar="N")
-    add("--spp", type=int, default=32, help="samples a pixel of each pass")
-    add("--passes", type=int, default=12, help="at least 2")
+    add("--depths", type=command.whole(1), nargs="+", default=(8, 16, 32, 64), metavar="N")
+    add("--spp", type=command.whole(1), default=32, help="samples a pixel of each pass")
+    add("--passes", type=command.whole(2), default=12)
     arguments = parser.parse_args()
-    try:
-        if arguments.passes < 2 or min(arguments.spp, *arguments.depths) < 1:
-            raise PureLightError("--passes must be at least 2, --spp and --depths at least 1")
-        print(f"{'scene':40} depth       mean    error   variance  seconds  variance x seconds")
-        for scene in arguments.scenes:
-            _rows(scene, arguments)
-    except PureLightError as error:
-        print(f"benchmarks.roulette: error: {error}", file=sys.stderr)
-        return 2
+    print(f"{'scene':40} depth       mean    error   variance  seconds  variance x seconds")
+    for scene in arguments.scenes:
+        _rows(scene, arguments)
     return 0
 
 
@@ -52,6 +47,8 @@ def _rows(path: Path, arguments: argparse.Namespace) -> None:
 
     use()
     scene = load_scene(path)
+    if not scene.sensors():
+        raise PureLightError(f"{path}: no sensor that it could be drawn with")
     name = " ".join((*path.parts[-5:-4], path.stem))
     for depth in arguments.depths:
         passes, seconds = _passes(scene, depth, arguments)
@@ -84,4 +81,4 @@ def _passes(
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(command.run("benchmarks.roulette", main))

@@ -11,19 +11,19 @@ truth asked for is another.
 
 from __future__ import annotations
 
-import argparse
 import json
 import shutil
+import sys
 import time
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from purelight_format import atomic
+from purelight_examples.luminaires.catalog import CATALOG
+from purelight_format import atomic, command
 from purelight_mitsuba import platform
 from purelight_train.presets import DRAFT, PRESETS, Preset
 from purelight_train.threads import use
@@ -92,7 +92,7 @@ class Bench:
     def scene(self) -> Path:
         path = self.output / "lamps" / f"{self.lamp}.xml"
         if not path.is_file():
-            import_module(f"purelight_examples.luminaires.{self.lamp}").write(path.parent)
+            CATALOG[self.lamp].lamp.write(path.parent)
         return path
 
     def references(self, training: Any) -> list[tuple[Any, Any]]:
@@ -201,16 +201,17 @@ def measure(benches: Iterable[Bench], variants: Sequence[str], threads: int) -> 
     print(table(results))
 
 
-def main() -> None:
-    """Parse the command line and measure."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.routes", description=__doc__)
-    parser.add_argument("--output", type=Path, default=Path("out/bench/routes"))
-    parser.add_argument("--lamps", nargs="+", default=["frosted_globe", "filament_bulb"])
-    parser.add_argument("--variants", nargs="+", choices=VARIANTS, default=list(ANCHORED))
-    parser.add_argument("--preset", choices=("sketch", "draft", "standard"), default="draft")
-    parser.add_argument("--size", type=int, default=SIZE, help="pixels of the truth, a side")
-    parser.add_argument("--paths", type=int, default=PATHS, help="of the truth")
-    parser.add_argument("--threads", type=int, default=1)
+def main() -> int:
+    """Measure; returns 0."""
+    parser = command.Parser(prog="python -m benchmarks.routes", description=__doc__)
+    add = parser.add_argument
+    add("--output", type=Path, default=Path("out/bench/routes"))
+    add("--lamps", nargs="+", choices=CATALOG, default=["frosted_globe", "filament_bulb"])
+    add("--variants", nargs="+", choices=VARIANTS, default=list(ANCHORED))
+    add("--preset", choices=("sketch", "draft", "standard"), default="draft")
+    add("--size", type=command.whole(1), default=SIZE, help="pixels of the truth, a side")
+    add("--paths", type=command.whole(1), default=PATHS, help="of the truth")
+    add("--threads", type=command.whole(1), default=1)
     arguments = parser.parse_args()
     platform.use()
     arguments.output.mkdir(parents=True, exist_ok=True)
@@ -219,7 +220,8 @@ def main() -> None:
         for lamp in arguments.lamps
     ]
     measure(benches, arguments.variants, arguments.threads)
+    return 0
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(command.run("benchmarks.routes", main))

@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from purelight_format import members
+from purelight_format import command, members
 from purelight_format.bundle import Bundle
 from purelight_format.errors import PureLightError
 from purelight_onnx.session import Session
@@ -38,21 +38,15 @@ Figures = dict[str, Any]
 
 def main() -> int:
     """Measures every bundle, and prints one line for each network."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.shaders", description=__doc__)
+    parser = command.Parser(prog="python -m benchmarks.shaders", description=__doc__)
     parser.add_argument("bundles", type=Path, nargs="+")
     parser.add_argument("--browser", action="store_true", help="WebGL and WebGPU in Chromium")
     parser.add_argument("--osl", action="store_true", help="OSL in Cycles; needs bpy")
     options = parser.parse_args()
-    try:
-        if options.osl and not osl_picture.python():
-            raise PureLightError(
-                f"--osl needs a Python with bpy; name one in {osl_picture.VARIABLE}"
-            )
-        for path in options.bundles:
-            _measure(path, options)
-    except PureLightError as error:
-        print(f"benchmarks.shaders: error: {error}", file=sys.stderr)
-        return 2
+    if options.osl and not osl_picture.python():
+        raise PureLightError(f"--osl needs a Python with bpy; name one in {osl_picture.VARIABLE}")
+    for path in options.bundles:
+        _measure(path, options)
     return 0
 
 
@@ -143,4 +137,4 @@ def _in_cycles(bundle: Bundle, test: SelfTest) -> dict[str, float]:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(command.run("benchmarks.shaders", main))

@@ -9,12 +9,13 @@ the worked example of CIE 190:2010 (sample 11, spacing 1 H).
 
 from __future__ import annotations
 
-import argparse
+import sys
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from purelight_format import command
 from purelight_format.photometry.files import read_photometry
 from purelight_format.photometry.ugr import SPACING, UgrTable
 
@@ -29,7 +30,7 @@ def table(path: Path) -> NDArray[np.float64]:
 
 def main() -> int:
     """Prints mean and extreme differences."""
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser = command.Parser(prog="python -m benchmarks.ugr", description=__doc__.split("\n")[0])
     parser.add_argument("folder", type=Path)
     folder = parser.parse_args().folder
     print(f"{'luminaire':<12}{'source':<10}{'mean':>8}{'least':>8}{'most':>8}")
@@ -47,4 +48,4 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    raise SystemExit(main())
+    sys.exit(command.run("benchmarks.ugr", main))

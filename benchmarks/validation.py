@@ -7,7 +7,6 @@ bad bundle takes 2 s or 512 MiB. Full vetting is reported.
 
 from __future__ import annotations
 
-import argparse
 import os
 import pickle
 import resource
@@ -23,7 +22,7 @@ import onnx
 import trimesh
 from onnx import TensorProto, helper, numpy_helper
 
-from purelight_format import bundle
+from purelight_format import bundle, command
 from purelight_format.members.surface import Surface
 from purelight_format.validation.validate import examine_file, validate
 from tests.assets import golden_reports
@@ -153,8 +152,8 @@ def _bad(name: str, folder: Path) -> Figure:
 
 def main() -> int:
     """0 if every figure is below its bar, 1 otherwise."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.validation", description=__doc__)
-    parser.add_argument("--megabytes", type=float, default=350)
+    parser = command.Parser(prog="python -m benchmarks.validation", description=__doc__)
+    parser.add_argument("--megabytes", type=command.number(0), default=350)
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         below = [report_bad(Path(folder)), report_large(Path(folder), options.megabytes)]
@@ -163,4 +162,4 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(command.run("benchmarks.validation", main))

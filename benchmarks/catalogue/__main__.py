@@ -24,8 +24,7 @@ from benchmarks.catalogue.faults import Blows, Cluster, digests
 from benchmarks.catalogue.lamps import write_broken, write_lamps, write_table
 from benchmarks.catalogue.thousands import thousands
 from benchmarks.catalogue.watch import catalogue, watch
-from purelight_format import atomic
-from purelight_format.errors import PureLightError
+from purelight_format import atomic, command
 
 TRIALS = ("speed", "faults", "broken", "thousands")
 WORKERS = 2
@@ -35,20 +34,16 @@ Figures = dict[str, Any]
 
 def main() -> int:
     """Run the trials; 0, 1 if one did not end as it ought to, 2 after a one-line error."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.catalogue", description=__doc__)
+    parser = command.Parser(prog="python -m benchmarks.catalogue", description=__doc__)
     add = parser.add_argument
     add("--output", type=Path, default=Path("out/catalogue"))
-    add("--lamps", type=int, default=60)
-    add("--seed", type=int, default=1, help="of the zoo")
+    add("--lamps", type=command.whole(1), default=60)
+    add("--seed", type=command.seed, default=1, help="of the zoo")
     add("--preset", default="sketch")
     add("--trials", nargs="+", choices=TRIALS, default=TRIALS)
-    add("--thousands", type=int, default=10_000, help="lamps that are there already")
+    add("--thousands", type=command.whole(1), default=10_000, help="lamps that are there already")
     options = parser.parse_args()
-    try:
-        good = [_trial(name, options) for name in TRIALS if name in options.trials]
-    except PureLightError as error:
-        print(f"benchmarks.catalogue: error: {error}", file=sys.stderr)
-        return 2
+    good = [_trial(name, options) for name in TRIALS if name in options.trials]
     return 0 if all(good) else 1
 
 
@@ -149,4 +144,4 @@ def _thousands(folder: Path, options: argparse.Namespace) -> Figures:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(command.run("benchmarks.catalogue", main))

@@ -27,8 +27,7 @@ from typing import Any
 import psutil
 
 from benchmarks.catalogue.faults import free_port
-from purelight_format import atomic
-from purelight_format.command import warn
+from purelight_format import atomic, command
 
 COMMAND = "python -m benchmarks.catalogue.engines"
 WORKERS, SECONDS, PATIENCE, POLL, TRIES = 2, 1.0, 300.0, 0.1, 4
@@ -216,11 +215,11 @@ class Trial:
 
 def main() -> int:
     """Try the engines; 0, or 1 if one lost a job."""
-    parser = argparse.ArgumentParser(prog=COMMAND, description=__doc__)
+    parser = command.Parser(prog=COMMAND, description=__doc__)
     add = parser.add_argument
     add("--output", type=Path, default=Path("out/engines"))
     add("--engines", nargs="+", choices=tuple(KINDS), default=list(KINDS))
-    add("--jobs", type=int, default=24)
+    add("--jobs", type=command.whole(1), default=24)
     add("--client", nargs=2, metavar=("ENGINE", "PORT"), help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.client:
@@ -229,7 +228,7 @@ def main() -> int:
     for name in options.engines:
         folder = options.output.absolute() / name
         if folder.exists():
-            warn(COMMAND, f"{folder}: is there already; choose another --output")
+            command.warn(COMMAND, f"{folder}: is there already; choose another --output")
             return 2
         folder.mkdir(parents=True)
         found[name] = Trial(KINDS[name], name, folder, options.jobs)()
@@ -249,4 +248,4 @@ def _client(options: argparse.Namespace) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(command.run(COMMAND, main))

@@ -9,7 +9,6 @@ what it took, and what photons are learned from is made anew a few times in so m
 
 from __future__ import annotations
 
-import argparse
 import subprocess
 import sys
 import tempfile
@@ -18,6 +17,7 @@ from pathlib import Path
 from benchmarks.catalogue.lamps import write_lamps
 from benchmarks.catalogue.watch import watch
 from purelight_catalogue.jobs import TRAINING
+from purelight_format import command
 from purelight_train.device import begin
 from purelight_train.presets import PRESETS
 
@@ -26,13 +26,11 @@ STEPS = 600
 
 def main() -> int:
     """Print a table; 0, or 1 if a training failed or took more than a job asks for."""
-    parser = argparse.ArgumentParser(
-        prog="python -m benchmarks.catalogue.memory", description=__doc__
-    )
+    parser = command.Parser(prog="python -m benchmarks.catalogue.memory", description=__doc__)
     add = parser.add_argument
     add("--presets", nargs="+", choices=sorted(TRAINING), default=["sketch", "draft", "standard"])
-    add("--lamps", type=int, default=3)
-    add("--seed", type=int, default=2, help="of the zoo")
+    add("--lamps", type=command.whole(1), default=3)
+    add("--seed", type=command.seed, default=2, help="of the zoo")
     options = parser.parse_args()
     good = True
     print("| preset | lamp | GiB at the peak | a job asks for |\n|---|---|---|---|")
@@ -68,4 +66,4 @@ def train(lamp: str, preset: str) -> None:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(command.run("benchmarks.catalogue.memory", main))

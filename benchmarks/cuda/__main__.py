@@ -28,7 +28,7 @@ from pathlib import Path
 
 from benchmarks.cuda import isolated, lamp
 from benchmarks.cuda.checks import FAIL, REFERENCE, Row, Subject, run
-from purelight_format import atomic
+from purelight_format import atomic, command
 from purelight_format.bundle import Bundle
 from purelight_format.errors import PureLightError
 
@@ -36,21 +36,25 @@ COMMAND = "benchmarks.cuda"
 
 
 def main(words: Sequence[str] | None = None) -> int:
-    """Makes the checks, prints the table and writes OUTPUT/VARIANT.json."""
-    parser = argparse.ArgumentParser(prog=f"python -m {COMMAND}", description=__doc__)
-    parser.add_argument("--lamp", type=Path, help="a .plux bundle; default: a small one is made")
-    parser.add_argument("--output", type=Path, default=Path("out/bench"))
-    parser.add_argument("--variant", choices=("cuda_ad_rgb", REFERENCE), default="cuda_ad_rgb")
-    parser.add_argument("--checks", nargs="+", default=[""], help="how their names begin")
-    arguments = parser.parse_args(words)
-    try:
-        with tempfile.TemporaryDirectory() as folder:
-            path = arguments.lamp or lamp.write(Path(folder) / "small.plux")
-            Bundle.open(path)
-            return measure(Subject(arguments.variant, path.resolve()), arguments)
-    except PureLightError as error:
-        print(f"{COMMAND}: error: {error}", file=sys.stderr)
-        return 2
+    """Makes the checks, prints the table and writes OUTPUT/VARIANT.json; 1 if one fails."""
+    return command.run(COMMAND, lambda: _act(_options(words)))
+
+
+def _options(words: Sequence[str] | None) -> argparse.Namespace:
+    parser = command.Parser(prog=f"python -m {COMMAND}", description=__doc__)
+    add = parser.add_argument
+    add("--lamp", type=Path, help="a .plux bundle; default: a small one is made")
+    add("--output", type=Path, default=Path("out/bench"))
+    add("--variant", choices=("cuda_ad_rgb", REFERENCE), default="cuda_ad_rgb")
+    add("--checks", nargs="+", default=[""], help="how their names begin")
+    return parser.parse_args(words)
+
+
+def _act(arguments: argparse.Namespace) -> int:
+    with tempfile.TemporaryDirectory() as folder:
+        path = arguments.lamp or lamp.write(Path(folder) / "small.plux")
+        Bundle.open(path)
+        return measure(Subject(arguments.variant, path.resolve()), arguments)
 
 
 def measure(subject: Subject, arguments: argparse.Namespace) -> int:

@@ -15,7 +15,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from purelight_format import atomic
+from purelight_format import atomic, command
 from purelight_format.errors import PureLightError
 from purelight_format.verdict.figures import Verdict, read
 from purelight_mitsuba import platform
@@ -23,17 +23,13 @@ from purelight_mitsuba import platform
 
 def main() -> int:
     """Measure, and print a table; returns 2 after a one-line error."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.verdict", description=__doc__)
+    parser = command.Parser(prog="python -m benchmarks.verdict", description=__doc__)
     parser.add_argument("folders", nargs="+", type=Path, metavar="FOLDER")
     parser.add_argument("--output", type=Path, default=Path("out/verdict"))
-    parser.add_argument("--paths", type=int, default=1 << 23, help="of the truths")
-    parser.add_argument("--spp", type=int, default=1 << 10, help="of a rendered cell")
-    parser.add_argument("--threads", type=int, default=2)
-    try:
-        print(_table(parser.parse_args()))
-    except PureLightError as error:
-        print(f"benchmarks.verdict: error: {error}", file=sys.stderr)
-        return 2
+    parser.add_argument("--paths", type=command.whole(1), default=1 << 23, help="of the truths")
+    parser.add_argument("--spp", type=command.whole(1), default=1 << 10, help="of a rendered cell")
+    parser.add_argument("--threads", type=command.whole(1), default=2)
+    print(_table(parser.parse_args()))
     return 0
 
 
@@ -100,4 +96,4 @@ def said(subject: Any) -> Verdict:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(command.run("benchmarks.verdict", main))

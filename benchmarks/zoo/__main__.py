@@ -23,48 +23,39 @@ from benchmarks.zoo import published, sheet, table
 from benchmarks.zoo.record import PORTRAIT, STAGES, Record
 from benchmarks.zoo.runner import Job, Limits, jobs_of, run
 from benchmarks.zoo.settings import settings
-from purelight_format import atomic
-from purelight_format.errors import PureLightError
+from purelight_format import atomic, command
 
 PICTURES = (PORTRAIT, "appearance.png", "transmittance.png", "room.png")
 
 
 def main() -> int:
     """Run the zoo; returns 0, also if lamps failed, or 2 after a one-line error."""
-    try:
-        _zoo(_parser().parse_args())
-    except PureLightError as error:
-        print(f"benchmarks.zoo: error: {error}", file=sys.stderr)
-        return 2
+    _zoo(_parser().parse_args())
     return 0
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.zoo", description=__doc__)
+def _parser() -> command.Parser:
+    parser = command.Parser(prog="python -m benchmarks.zoo", description=__doc__)
     add = parser.add_argument
     add("--output", type=Path, default=Path("out/zoo"))
-    add("--lamps", type=int, default=40, help="how many")
-    add("--seed", type=int, default=1)
+    add("--lamps", type=command.whole(1), default=40, help="how many")
+    add("--seed", type=command.seed, default=1)
     add("--preset", default="draft", help="of the training; tiny tries the machinery alone")
-    add("--only", type=int, nargs="+", metavar="N", help="numbers of the lamps to run")
-    add("--jobs", type=int, default=2, help="lamps side by side")
-    add("--threads", type=int, default=1, help="of each lamp")
+    add("--only", type=command.whole(0), nargs="+", metavar="N", help="numbers of the lamps to run")
+    add("--jobs", type=command.whole(1), default=2, help="lamps side by side")
+    add("--threads", type=command.whole(1), default=1, help="of each lamp")
     add("--stages", nargs="+", choices=STAGES, default=list(STAGES))
     add("--again", nargs="+", choices=(*STAGES, "failed"), default=[], metavar="STAGE")
     add("--published", action="store_true", help="go on from the figures in the repository")
     add("--publish", action="store_true", help="put tables and figures into the repository")
-    add("--limit", type=float, default=3600, help="seconds of one lamp")
-    add("--memory", type=float, default=8, help="GiB of one lamp")
+    add("--limit", type=command.number(0), default=3600, help="seconds of one lamp")
+    add("--memory", type=command.number(0), default=8, help="GiB of one lamp")
     return parser
 
 
 def _zoo(arguments: argparse.Namespace) -> None:
     settings(arguments.preset)  # an unknown one is refused before anything is made
     indices = arguments.only or list(range(arguments.lamps))
-    if not indices or min(indices) < 0 or arguments.seed < 0:
-        raise PureLightError("--lamps must be at least 1, --only and --seed at least 0")
-    if min(arguments.jobs, arguments.threads) < 1:
-        raise PureLightError("--jobs and --threads must be at least 1")
     jobs = jobs_of(
         arguments.output, arguments.seed, indices, arguments.preset, arguments.stages,
         arguments.threads,
@@ -106,4 +97,4 @@ def report(folder: Path) -> str:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(command.run("benchmarks.zoo", main))

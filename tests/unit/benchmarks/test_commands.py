@@ -1,10 +1,11 @@
-"""Commands of the benchmarks at their smallest, each; and asked for a lamp that is not there.
+"""Commands of the benchmarks at their smallest, each; and asked for what is not there.
 
 What they measure here says nothing: that they still run with the code beside them does.
 """
 
 from __future__ import annotations
 
+import runpy
 import subprocess
 import sys
 from pathlib import Path
@@ -34,7 +35,23 @@ COMMANDS = {
     "verdict": "benchmarks.verdict DEMO --paths 65536 --spp 16 --output OUTPUT",
     "worst_bundles": "benchmarks.worst_bundles --only doubled",
 }
+WRONG = {
+    "benchmarks.cycles": "--bundle gone.plux --spp 0",
+    "benchmarks.closed_room": "--bundle gone.plux --lamp gone.xml --path-spp -1",
+    "benchmarks.lamp_choice": "--lamp gone.plux --passes 1",
+    "benchmarks.roulette": "NO_SENSOR --spp 1 --passes 2",
+    "benchmarks.routes": "--lamps no_such_lamp",
+    "benchmarks.validation": "--megabytes nan",
+    "benchmarks.zoo": "--seed -1",
+}
 MISSING = {name: words for name, words in COMMANDS.items() if "BUNDLE" in words}
+
+
+def modules() -> list[str]:
+    """The benchmarks that read a command line."""
+    found = [p for p in (ROOT / "benchmarks").rglob("*.py") if "command.Parser(" in p.read_text()]
+    names = [".".join(p.relative_to(ROOT).with_suffix("").parts) for p in found]
+    return sorted(name.removesuffix(".__main__") for name in names)
 
 
 def run(words: str, **names: Path) -> subprocess.CompletedProcess[str]:
@@ -78,3 +95,39 @@ def test_a_missing_lamp_is_a_line(name: str, tmp_path: Path) -> None:
     assert done.returncode == 2, done.stderr[-2000:]
     assert "Traceback" not in done.stderr
     assert "a.plux" in done.stderr or "a.xml" in done.stderr
+
+
+@pytest.mark.filterwarnings("ignore:.*found in sys.modules:RuntimeWarning")
+@pytest.mark.parametrize("name", modules())
+def test_an_unknown_option_is_a_line(
+    name: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert called(name, ["--no-such-option"], monkeypatch) == 2
+    assert one_line(capsys).startswith(f"python -m {name}: error:")
+
+
+@pytest.mark.filterwarnings("ignore:.*found in sys.modules:RuntimeWarning")
+@pytest.mark.parametrize("name", WRONG)
+def test_what_it_cannot_do_is_a_line(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    scene = tmp_path / "dark.xml"
+    scene.write_text('<scene version="3.0.0"><shape type="sphere"/></scene>')
+    words = WRONG[name].replace("NO_SENSOR", str(scene)).split()
+    assert called(name, words, monkeypatch) == 2
+    assert f"{name}: error:" in one_line(capsys)
+
+
+def called(name: str, words: list[str], monkeypatch: pytest.MonkeyPatch) -> object:
+    """The exit code of `python -m name`."""
+    monkeypatch.setattr(sys, "argv", [name, *words])
+    with pytest.raises(SystemExit) as ended:
+        runpy.run_module(name, run_name="__main__", alter_sys=False)
+    return ended.value.code
+
+
+def one_line(capsys: pytest.CaptureFixture[str]) -> str:
+    """What a command said of its fault."""
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) == 1, lines
+    return lines[0]
