@@ -7,8 +7,8 @@ writes its scene, for `purelight-train`. Three quarters of its triangles are thr
 
 from __future__ import annotations
 
-import argparse
 import itertools
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -25,6 +25,7 @@ from purelight_examples.luminaires.lamp_scene import (
     write_scene,
 )
 from purelight_examples.luminaires.parts import helix, revolve, tube
+from purelight_format import command
 
 PAINT = Material("roughplastic", {"alpha": 0.2}, {"diffuse_reflectance": (0.12, 0.3, 0.33)})
 WHITE = Material("diffuse", {}, {"reflectance": (0.85, 0.85, 0.82)})
@@ -111,7 +112,13 @@ def write(folder: Path) -> Path:
     return write_scene(folder, "desk_lamp", parts())
 
 
-if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n", maxsplit=1)[0])
+def main() -> int:
+    """Writes the lamp, and says where."""
+    parser = command.Parser(prog="python -m benchmarks.detailed_lamp", description=__doc__)
     parser.add_argument("--output", type=Path, required=True, help="a folder")
     print(write(parser.parse_args().output))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(command.run("benchmarks.detailed_lamp", main))

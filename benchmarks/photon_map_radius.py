@@ -10,11 +10,13 @@ for several numbers of photons N and neighbours k.
 from __future__ import annotations
 
 import math
+import sys
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from purelight_format import command
 from purelight_mitsuba import platform
 from purelight_train.light.exit_records import ExitRecords, settle
 from purelight_train.light.exit_surface import ExitSurface, visible_part
@@ -67,8 +69,9 @@ def measure(
     return math.sqrt(square), math.sqrt(max(float(weight @ (errors[0] * errors[1])), 0.0))
 
 
-def main() -> None:
+def main() -> int:
     """Print the table."""
+    command.Parser(prog="python -m benchmarks.photon_map_radius", description=__doc__).parse_args()
     platform.use()
     scene = globe()
     surface = visible_part(*scene_triangles(scene), 1 << 18, np.random.default_rng(0))
@@ -83,7 +86,8 @@ def main() -> None:
             noise = math.sqrt(max(error**2 - bias**2, 0))
             print(f"| {millions} M | {neighbours} | {radius:.4f} | {100 * error:.2f}% | "
                   f"{100 * bias:.2f}% | {100 * noise:.2f}% |", flush=True)  # fmt: skip
+    return 0
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(command.run("benchmarks.photon_map_radius", main))

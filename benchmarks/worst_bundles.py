@@ -9,7 +9,6 @@ called without options, and of `purelight-render` of a small room, one sample a 
 
 from __future__ import annotations
 
-import argparse
 import os
 import resource
 import subprocess
@@ -25,7 +24,7 @@ import numpy as np
 
 from benchmarks.one_network import INT64, Body, Graph, layers, repeated
 from benchmarks.validation import measure
-from purelight_format import bundle
+from purelight_format import bundle, command
 from purelight_format.members.surface import Surface
 from purelight_format.networks.vectors import Vectors
 from tests.support import bundles, lamp
@@ -181,17 +180,17 @@ def commands() -> dict[str, list[str]]:
     }
 
 
-def installed(command: str) -> str:
+def installed(name: str) -> str:
     """A command of the environment that runs this, which need not be on the PATH."""
-    return str(Path(sysconfig.get_path("scripts")) / command)
+    return str(Path(sysconfig.get_path("scripts")) / name)
 
 
-def called(command: list[str], folder: Path, limit: float) -> tuple[float, float, int, str]:
+def called(words: list[str], folder: Path, limit: float) -> tuple[float, float, int, str]:
     """Seconds, MiB, exit code and last line of a command in a process of its own."""
     start, errors = time.perf_counter(), folder / "errors"
     with open(errors, "w") as file:
         home = os.environ | {"HOME": str(folder)}  # In which no kernel is kept from an earlier run.
-        process = subprocess.Popen(command, cwd=folder, env=home, stdout=file, stderr=file)
+        process = subprocess.Popen(words, cwd=folder, env=home, stdout=file, stderr=file)
     while True:
         done, status, usage = os.wait4(process.pid, os.WNOHANG)
         if done:
@@ -210,15 +209,13 @@ def row(name: str, limit: float) -> bool:
     below = True
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
-        measure(
-            lambda: write(folder / "lamp.plux", name)
-        )  # So that no command inherits its memory.
+        measure(lambda: write(folder / "lamp.plux", name))  # So no command inherits its memory.
         far = 4 * lamp.SPHERE.radius
         (folder / "scene.xml").write_text(ROOM.format(far=far, bundle=folder / "lamp.plux"))
         size = (folder / "lamp.plux").stat().st_size
         line, last = f"{name:<18}{size / 1000:8.0f} kB", ""
-        for which, command in commands().items():
-            seconds, memory, code, text = called(command, folder, limit)
+        for which, words in commands().items():
+            seconds, memory, code, text = called(words, folder, limit)
             refused = code == 2 and which != "validate"
             what = "refused" if refused else f"{seconds:6.1f} s"
             line += f"{what:>11}{memory:6.0f} MiB"
@@ -236,9 +233,9 @@ def row(name: str, limit: float) -> bool:
 
 def main() -> int:
     """0 if every figure is below its bar."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.worst_bundles", description=__doc__)
+    parser = command.Parser(prog="python -m benchmarks.worst_bundles", description=__doc__)
     parser.add_argument("--only", nargs="+", choices=[*BODIES, *SURFACES], metavar="NAME")
-    parser.add_argument("--limit", type=float, default=300, help="seconds of a command")
+    parser.add_argument("--limit", type=command.number(0), default=300, help="seconds of a command")
     options = parser.parse_args()
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     print(f"{'':<29}" + "".join(f"{n:>21}" for n in ("validate", "view", "accurate", "fast")))
@@ -248,4 +245,4 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(command.run("benchmarks.worst_bundles", main))

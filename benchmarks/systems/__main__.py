@@ -55,10 +55,11 @@ def _parser() -> command.Parser:
         help="all if not given; of smoke, those without training of their own",
     )
     add("--tasks", nargs="+", metavar="NAME", help="all if not given")
-    add("--threads", type=int, default=1, help="of training and of every system")
+    add("--threads", type=command.whole(1), default=1, help="of training and of every system")
     add("--again", nargs="+", default=[], metavar="NAME", help="systems or tasks to measure once "
         "more, or failed")  # fmt: skip
-    add("--workers", type=int, default=0, metavar="N", help="lamps side by side on this machine")
+    add("--workers", type=command.whole(0), default=0, metavar="N",
+        help="lamps side by side on this machine")  # fmt: skip
     add("--scheduler", metavar="ADDRESS", help="of Dask workers elsewhere, as tcp://10.0.0.1:8786; "
         "started in a copy of this folder, they must see OUTPUT under the same name")  # fmt: skip
     add("--report", action="store_true", help="no measurement, only the report")
@@ -106,14 +107,10 @@ def _plan(options: argparse.Namespace) -> str:
 
 
 def _check(options: argparse.Namespace) -> None:
-    """Raises PureLightError if there is nothing of a name that was given, or too few of a number.
+    """Raises PureLightError if there is nothing of a name that was given.
 
     A word that nobody knows would else be left out in silence, or measured as a lamp that fails.
     """
-    if options.threads < 1:
-        raise PureLightError("--threads must be at least 1")
-    if options.workers < 0:
-        raise PureLightError("--workers must be 0 or more")
     chosen = scale(options.scale)
     tasks = [task.name for task in chosen.tasks(0.1)]
     names = [system.name for system in systems(None)]

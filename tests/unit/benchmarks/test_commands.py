@@ -41,6 +41,7 @@ WRONG = {
     "benchmarks.lamp_choice": "--lamp gone.plux --passes 1",
     "benchmarks.roulette": "NO_SENSOR --spp 1 --passes 2",
     "benchmarks.routes": "--lamps no_such_lamp",
+    "benchmarks.systems": "--workers -1",
     "benchmarks.validation": "--megabytes nan",
     "benchmarks.zoo": "--seed -1",
 }

@@ -239,8 +239,6 @@ def test_results_come_from_another_process() -> None:
         (["--lamps", "../moon"], "no lamp ../moon"),
         (["--again", "pth"], "no system or task pth"),
         (["--workers", "2", "--lamps", "moon"], "no lamp moon"),
-        (["--workers", "-1"], "--workers"),
-        (["--threads", "0"], "--threads"),
         (["--report", "--workers", "2"], "no records yet"),
         (["--report"], "no records yet"),
     ],
