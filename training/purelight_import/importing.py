@@ -15,6 +15,7 @@ from purelight_format.color import lumens
 from purelight_format.errors import PureLightError
 from purelight_import import formats
 from purelight_import.model.lamp import Lamp, Part
+from purelight_import.model.material import Material
 from purelight_import.model.names import tidy
 from purelight_import.options import AUTO, Options
 from purelight_import.parts import emitters
@@ -34,6 +35,7 @@ from purelight_import.write.scene import write_scene
 GENERAL = {"scene", "model", "untitled", "lamp", "luminaire", "mesh", "object", "root", "main",
            "scene_collection", "auxscene", "osg_scene", "sketchfab_scene", "sketchfab_model",
            "world", "default"}  # fmt: skip
+CUT = "a picture with values above one, which no surface reflects; they are cut to one"
 KEPT, TEXT = "kept.xml", "parts.txt"
 Say = Callable[[str], None]
 Away = Callable[[Path], Sequence[str]]
@@ -74,6 +76,9 @@ def read_lamp(path: str | Path, options: Options | None = None) -> tuple[Lamp, t
     lamp = with_size(lamp)
     lamp = settled(lamp, dict(_glass(options)))
     lamp = facing_out(lamp_lit(lamp, options))
+    for part in lamp.parts:
+        if isinstance(part.material, Material) and part.material.cut:
+            lamp.notes(CUT, part.name)
     kept = settled(Lamp(lamp.name, kept, (), lamp.frame), {}).parts if kept else ()
     for part in kept:
         if part.radiance is not None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 from purelight_import.model.picture import Picture
 
@@ -56,6 +56,17 @@ class Material:
     def glass(self) -> bool:
         """Whether light passes it by refraction."""
         return isinstance(self.transmission, Picture) or self.transmission > 0
+
+    @property
+    def pictures(self) -> dict[str, Picture]:
+        """The arguments that are pictures, by name."""
+        values = {f.name: getattr(self, f.name) for f in fields(self)}
+        return {name: value for name, value in values.items() if isinstance(value, Picture)}
+
+    @property
+    def cut(self) -> bool:
+        """Whether a picture has values above one, which no surface reflects and none is written."""
+        return any(picture.above_one for picture in self.pictures.values())
 
 
 @dataclass(frozen=True)

@@ -89,6 +89,11 @@ class Picture:
             column, row = np.minimum(np.floor(uv * size).astype(np.int64), size - 1).T
         return self.linear[row, column]
 
+    @property
+    def above_one(self) -> bool:
+        """Whether bytes could not tell all of its values."""
+        return self.pixels.dtype != np.uint8 and bool((self.linear > 1 + 1 / LEVELS).any())
+
     def bytes(self) -> tuple[NDArray[np.uint8], bool]:
         """Pixels as bytes, and whether they are sRGB-encoded; values above one are cut."""
         if self.pixels.dtype == np.uint8:

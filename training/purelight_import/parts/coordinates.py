@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import fields, replace
+from dataclasses import replace
 
 from purelight_import.model.lamp import Lamp, Part
 from purelight_import.model.material import Material, Verbatim
@@ -36,14 +36,9 @@ def _placed(part: Part, plain: dict[int, Material]) -> Part:
     if isinstance(part.radiance, Picture):
         part = replace(part, radiance=mean_of(part.radiance))
     material = part.material
-    if isinstance(material, Verbatim) or not _pictures(material):
+    if isinstance(material, Verbatim) or not material.pictures:
         return part
     if id(material) not in plain:
-        means = {name: mean_of(value) for name, value in _pictures(material).items()}
+        means = {name: mean_of(value) for name, value in material.pictures.items()}
         plain[id(material)] = replace(material, **(means | {"normal": None}))
     return replace(part, material=plain[id(material)])
-
-
-def _pictures(material: Material) -> dict[str, Picture]:
-    values = {f.name: getattr(material, f.name) for f in fields(material)}
-    return {name: value for name, value in values.items() if isinstance(value, Picture)}

@@ -18,9 +18,7 @@ from purelight_import.model.picture import Picture
 from purelight_import.read import images
 from purelight_import.read.mitsuba05 import SEPARATORS
 from purelight_import.read.mitsuba_load import load
-from purelight_mitsuba.platform import reading
 
-HIGH_RANGE = (".exr", ".hdr", ".pfm")
 EVEN = ("d65", "rawconstant", "srgb", "uniform")  # textures that are one colour
 
 
@@ -78,11 +76,8 @@ def _texture(mi: Any, texture: ET.Element) -> Picture:
         raise PureLightError("emission by a bitmap without a file is not taken")
     path = Path(values["filename"])
     wrap = {"clamp": "clamp", "mirror": "mirror"}.get(values.get("wrap_mode", ""), "repeat")
-    if path.suffix.lower() in HIGH_RANGE:
-        picture = Picture(path.stem, _high_range(path))
-    else:
-        raw = values.get("raw", "").strip().lower() == "true"
-        picture = images.load(path, srgb=not raw).colors()
+    raw = values.get("raw", "").strip().lower() == "true"
+    picture = images.load(path, srgb=not raw).colors()
     return replace(picture, wrap=wrap, to_uv=_to_uv(mi, texture),
                    smooth=values.get("filter_type") != "nearest")  # fmt: skip
 
@@ -97,14 +92,3 @@ def _to_uv(mi: Any, texture: ET.Element) -> NDArray[np.float64] | None:
     ET.SubElement(bsdf, "texture", type="checkerboard", name="reflectance").append(transform)
     found = mi.traverse(load(mi, shape).bsdf())["reflectance.to_uv"]
     return np.array(found.matrix, np.float64).reshape(3, 3)
-
-
-def _high_range(path: Path) -> np.ndarray:
-    """Pixels of a picture with a high range: [H, W, 3] of float32."""
-    import mitsuba as mi
-
-    with reading():
-        bitmap = mi.Bitmap(str(path)).convert(
-            mi.Bitmap.PixelFormat.RGB, mi.Struct.Type.Float32, srgb_gamma=False
-        )
-    return np.array(bitmap, np.float32)
