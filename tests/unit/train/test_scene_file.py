@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from purelight_format.errors import PureLightError
+from purelight_train.light.luminaire import scene_triangles
 from purelight_train.truth.plane import Plane
 from tests.support import fidelity
 
@@ -111,3 +112,36 @@ def test_a_picture_without_coordinates_is_refused(tmp_path: Path) -> None:
     assert loaded(tmp_path / "with.xml").scene.emitters()
     with pytest.raises(PureLightError, match="'lit' shines by a texture"):
         loaded(tmp_path / "without.xml")
+
+
+@pytest.mark.parametrize(
+    ("kind", "reason"),
+    [
+        ("instance", "purelight-import makes a mesh of it"),
+        ("bsplinecurve", "make it a mesh"),
+        ("linearcurve", "make it a mesh"),
+        ("sdfgrid", "make it a mesh"),
+        ("ellipsoids", "make it a mesh"),
+    ],
+)
+def test_shapes_without_triangles_are_refused(kind: str, reason: str, tmp_path: Path) -> None:
+    np.savetxt(tmp_path / "curve.txt", [[0, 0, k, 0.1] for k in range(5)])
+    shape: dict[str, Any] = {"type": kind}
+    scene: dict[str, Any] = {"type": "scene", "shape": shape}
+    if kind == "instance":
+        cubes = {"type": "shapegroup", "cube": {"type": "cube"}}
+        scene = {
+            "type": "scene",
+            "group": cubes,
+            "shape": shape | {"of": {"type": "ref", "id": "group"}},
+        }
+    elif kind == "sdfgrid":
+        shape["grid"] = mi.TensorXf(np.indices((2, 2, 2)).sum(0)[..., None] - np.float32(1))
+    elif kind == "ellipsoids":
+        shape |= {"centers": mi.TensorXf(np.zeros((1, 3), np.float32)),
+                  "scales": mi.TensorXf(np.ones((1, 3), np.float32)),
+                  "quaternions": mi.TensorXf(np.array([[0, 0, 0, 1]], np.float32))}  # fmt: skip
+    else:
+        shape["filename"] = str(tmp_path / "curve.txt")
+    with pytest.raises(PureLightError, match=f"{kind}.*{reason}"):
+        scene_triangles(mi.load_dict(scene))

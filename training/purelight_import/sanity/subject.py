@@ -80,7 +80,7 @@ class Subject:
         """Whether a shape's surfaces have no edge."""
         parameters = mi.traverse(self.shapes[shape])
         if "vertex_positions" not in parameters:
-            return "Sphere" in str(mi.ShapeType(self.shapes[shape].shape_type()))
+            return bool(self.shapes[shape].shape_type() == +mi.ShapeType.Sphere)
         positions = np.array(parameters["vertex_positions"], np.float64).reshape(-1, 3)
         faces = np.array(parameters["faces"], np.uint32).reshape(-1, 3)
         return hull(Mesh(positions, faces)).all_closed

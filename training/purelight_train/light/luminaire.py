@@ -271,16 +271,19 @@ def _bent_normals(
 
 
 def shape_mesh(shape: mi.Shape) -> Part:
-    """Vertices, faces and normals of the vertices, None where they are flat."""
-    parameters, kind = mi.traverse(shape), mi.ShapeType(shape.shape_type()).name
+    """Vertices, faces and normals of the vertices, None where they are flat.
+
+    Raises:
+        PureLightError: it is no mesh and none of `PRIMITIVES`.
+    """
+    parameters, kind = mi.traverse(shape), shape.class_name()
     if "vertex_positions" in parameters:  # rectangles call themselves meshes, without any
         vertices = np.array(parameters["vertex_positions"]).reshape(-1, 3)
         faces = np.array(parameters["faces"]).reshape(-1, 3)
         return vertices, faces, _bent_normals(shape, vertices, faces)
     if kind not in PRIMITIVES or "to_world" not in parameters:
-        raise PureLightError(
-            f"shape '{shape.id()}' ({kind.lower()}) is not supported; turn it into a mesh"
-        )
+        said = "purelight-import makes a mesh of it" if kind == "Instance" else "make it a mesh"
+        raise PureLightError(f"shape '{shape.id()}' ({kind.lower()}) is not supported; {said}")
     mesh, normals = PRIMITIVES[kind]()
     matrix = np.array(parameters["to_world"].matrix, dtype=np.float64).reshape(4, 4)
     if normals is not None:
