@@ -295,7 +295,7 @@ def test_faults_are_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str])
     assert "export both again" in fault(stage(tmp_path, stale), capsys)
     broken = tmp_path / "scene.usda"
     broken.write_text("#usda 1.0\ndef {")
-    assert "OpenUSD cannot read it" in fault(broken, capsys)
+    assert "OpenUSD cannot read it: 2:1:" in fault(broken, capsys)
     with pytest.raises(PureLightError, match="no camera"):
         load_usd(stage(tmp_path, camera=""))
 

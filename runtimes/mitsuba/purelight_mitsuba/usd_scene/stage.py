@@ -144,7 +144,8 @@ def open_stage(path: Path) -> Any:
     try:
         return Usd.Stage.Open(str(path))
     except Tf.ErrorException as error:
-        reason = str(error).strip().splitlines()[-1].strip().strip("'")
+        first = str(getattr(error.args[0], "commentary", error.args[0]))  # the others follow of it
+        reason = " ".join(first.split()).removeprefix(f"{path.resolve()}:")
         raise PureLightError(f"{path}: OpenUSD cannot read it: {reason[:200]}") from error
 
 
