@@ -50,6 +50,17 @@ def test_a_stray_ray_neither_outweighs_the_others_nor_is_lost(loss: Any) -> None
     assert 0.1 < float(strayed.grad) < 2000
 
 
+@pytest.mark.parametrize("loss", LOSSES)
+def test_photons_gain_nothing_beyond_any_light(loss: Any) -> None:
+    """Where no reference ray falls nothing else holds them; below, each pulls by its weight."""
+    photon = torch.tensor([[math.log(900.0)], [40.0]], requires_grad=True)
+    loss(photon, torch.ones(2, 1), torch.full((1, 1), -40.0)).backward()
+    assert photon.grad is not None
+    below, beyond = photon.grad[:, 0].tolist()
+    assert below < 0
+    assert abs(beyond) < 1e-12
+
+
 def test_unknown_loss_is_refused() -> None:
     import dataclasses
 

@@ -40,13 +40,15 @@ def poisson(brightest: Tensor) -> Loss:
 
     Arguments:
         brightest: [C] no lamp's f is larger: from there on its exponential goes on as a straight
-            line, or one stray ray in a million would outweigh all others.
+            line, or one stray ray in a million would outweigh all others; and photons gain nothing,
+            or f would grow without end where reference rays are too rare to hold it.
     """
+    bound = torch.log(brightest)
 
     def loss(photon: Tensor, weight: Tensor, reference: Tensor) -> Tensor:
-        beyond = (reference - torch.log(brightest)).clamp(min=0)
-        intensity = torch.exp(torch.minimum(reference, torch.log(brightest))) * (1 + beyond)
-        return intensity.mean() - (weight * photon).mean()
+        beyond = (reference - bound).clamp(min=0)
+        intensity = torch.exp(torch.minimum(reference, bound)) * (1 + beyond)
+        return intensity.mean() - (weight * torch.minimum(photon, bound)).mean()
 
     return loss
 
