@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -56,6 +57,26 @@ def test_steps_that_are_not_finite_change_nothing(tmp_path: Path, bad: float) ->
     assert trace.skipped == STEPS // 10
     assert np.isfinite(trace.losses).all()
     assert error < 3 * calm + 1e-3, (error, calm)
+
+
+def test_a_training_that_leaves_out_many_steps_is_told(tmp_path: Path) -> None:
+    settings = Optimisation(STEPS, 64, 1e-2)
+    run = RunDirectory(tmp_path)
+    for name, every in (("fair", STEPS), ("astray", 7)):
+        stages, step = Stages(run, 0, torch.device("cpu"), ()), iter(range(STEPS))
+
+        def loss(module: nn.Module, step: Any = step, every: int = every) -> Any:
+            def value(rng: np.random.Generator) -> Tensor:
+                far = 1e6 if next(step) % every == every - 1 else 1.0
+                x = torch.from_numpy(rng.normal(size=(8, 1)).astype(np.float32))
+                return far * ((module(x) - torch.sin(x)) ** 2).mean()
+
+            return value
+
+        with warnings.catch_warnings(record=True) as told:
+            warnings.simplefilter("always")
+            stages.train(name, torch.nn.Linear(1, 1), loss, settings)
+        assert [f"steps of the {name}" in str(w.message) for w in told] == [True] * (every == 7)
 
 
 def test_the_limit_follows_the_gradients_down(tmp_path: Path) -> None:

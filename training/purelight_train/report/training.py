@@ -58,6 +58,9 @@ def _views(training: Training) -> list[Section]:
     return [*LampViews(lamp.description, lamp.surface, judge.views, teacher).rows()]
 
 
+A_FEW = 50  # spikes, of which a sound training has one at most
+
+
 @dataclass(frozen=True)
 class TrainingReport:
     """A run's figures around rows of pictures, and tables beside them."""
@@ -95,6 +98,11 @@ class TrainingReport:
             if count:
                 found.append(f"{count} steps of the {name.replace('_', ' ')} were skipped: their "
                              "gradient was not finite. A handful does no harm.")  # fmt: skip
+        for name, count in self.metrics.get("spikes", {}).items():
+            if count > A_FEW:
+                found.append(f"{count} steps of the {name.replace('_', ' ')} were left out: their "
+                             "gradients were far longer than usual. If its curve jumps, train with "
+                             "another seed.")  # fmt: skip
         dropped = self.metrics.get("dropped", 0)
         if dropped:
             found.append(f"{dropped} light paths were dropped because a value was not finite; "

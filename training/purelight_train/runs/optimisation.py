@@ -24,6 +24,7 @@ WARM_UP = 50
 GRADIENT_NORM = 10.0
 LONG, SPIKE = 5.0, 50.0  # times the running mean: gradients clipped, and gradients skipped
 MEMORY = 0.98  # of the running mean
+MANY_SPIKES = 0.01  # of the steps; of 600 trainings none had more than one spike
 CHECKPOINT_SECONDS = 20.0
 
 
@@ -45,6 +46,10 @@ class Trace:
     skipped: int = 0
     spikes: int = 0
     step_seconds: float = 0.0
+
+    def astray(self, steps: int) -> bool:
+        """Whether so many steps were spikes that those which count are no fair sample."""
+        return self.spikes > max(MANY_SPIKES * steps, 1)
 
     def to_dict(self) -> dict[str, Any]:
         """A JSON-ready form."""

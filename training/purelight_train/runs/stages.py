@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tempfile
 import time
+import warnings
 import zlib
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -30,6 +31,10 @@ NUMBERED = (
     "light", "teacher", "distillation", "student", "transparency", "cap", "pilot", "aim",
     "sampler", "fast_map", "metrics",
 )  # fmt: skip
+ASTRAY = (
+    "{} steps of the {} were left out, their gradients far longer than usual: it may have gone "
+    "astray; look at its curve in the report, and train with another --seed if it jumps"
+)
 
 
 @dataclass
@@ -106,6 +111,8 @@ class Stages:
             stop = EarlyStop(held_out(module), state)
         with self.bar(name, settings.steps, "step") as update:
             trace = optimise(module, objective, settings, seed, checkpoint, update, stop, keep=True)
+        if trace.astray(settings.steps):
+            warnings.warn(ASTRAY.format(trace.spikes, name.replace("_", " ")), stacklevel=2)
         start = time.monotonic()
         finish()
         seconds = trace.step_seconds + time.monotonic() - start
@@ -143,6 +150,7 @@ class Stages:
             },
             "losses": {k: v["losses"] for k, v in records.items()},
             "skipped_steps": {k: v["skipped"] for k, v in records.items()},
+            "spikes": {k: v["spikes"] for k, v in records.items()},
         }
 
 
