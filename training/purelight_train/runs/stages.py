@@ -150,7 +150,7 @@ class Stages:
             },
             "losses": {k: v["losses"] for k, v in records.items()},
             "skipped_steps": {k: v["skipped"] for k, v in records.items()},
-            "spikes": {k: v["spikes"] for k, v in records.items()},
+            "spikes": {k: v.get("spikes", 0) for k, v in records.items()},
         }
 
 
