@@ -93,7 +93,7 @@ def row(kind: str, asset: Path, count: int, folder: Path) -> str:
 
 
 def main() -> int:
-    """Print the table; returns 0, or 2 after a one-line error."""
+    """Print the table."""
     parser = command.Parser(prog="python -m benchmarks.many_lamps", description=__doc__)
     parser.add_argument("asset", type=Path, help="of purelight-export, beside its bundle")
     parser.add_argument("--count", type=command.whole(1), default=2000)

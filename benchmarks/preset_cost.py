@@ -34,7 +34,7 @@ Figures = dict[str, Any]
 
 
 def main() -> int:
-    """Train, print the table and write the figures; 2 after a one-line error."""
+    """Train, print the table and write the figures."""
     parser = command.Parser(prog=f"python -m {COMMAND}", description=__doc__)
     add = parser.add_argument
     add("--lamp", type=Path, required=True, help="the lamp's scene, .xml")

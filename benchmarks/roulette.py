@@ -26,7 +26,7 @@ from purelight_format.errors import PureLightError
 
 
 def main() -> int:
-    """Prints a row per scene and depth; 0, or 2 after a one-line error."""
+    """Prints a row per scene and depth."""
     parser = command.Parser(prog="python -m benchmarks.roulette", description=__doc__)
     add = parser.add_argument
     add("scenes", type=Path, nargs="+", metavar="SCENE")

@@ -33,7 +33,7 @@ Figures = dict[str, Any]
 
 
 def main() -> int:
-    """Run the trials; 0, 1 if one did not end as it ought to, 2 after a one-line error."""
+    """Run the trials; 0, 1 if one did not end as it ought to."""
     parser = command.Parser(prog="python -m benchmarks.catalogue", description=__doc__)
     add = parser.add_argument
     add("--output", type=Path, default=Path("out/catalogue"))

@@ -22,7 +22,7 @@ from purelight_mitsuba import platform
 
 
 def main() -> int:
-    """Measure, and print a table; returns 2 after a one-line error."""
+    """Measure, and print a table."""
     parser = command.Parser(prog="python -m benchmarks.verdict", description=__doc__)
     parser.add_argument("folders", nargs="+", type=Path, metavar="FOLDER")
     parser.add_argument("--output", type=Path, default=Path("out/verdict"))

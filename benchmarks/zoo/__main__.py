@@ -29,7 +29,7 @@ PICTURES = (PORTRAIT, "appearance.png", "transmittance.png", "room.png")
 
 
 def main() -> int:
-    """Run the zoo; returns 0, also if lamps failed, or 2 after a one-line error."""
+    """Run the zoo; returns 0, also if lamps failed."""
     _zoo(_parser().parse_args())
     return 0
 

@@ -13,7 +13,7 @@ PLACES = [(x, y) for x in np.linspace(-1, 1, 10) for y in np.linspace(-1, 1, 10)
 
 
 def peak_megabytes(bundle: Path, engine: str) -> float:
-    """The most memory that the process has had, once pictures are drawn and looked at."""
+    """The most memory in MiB that the process has had, once pictures are drawn and looked at."""
     mi = use()
     import drjit as dr
 
@@ -31,4 +31,4 @@ def peak_megabytes(bundle: Path, engine: str) -> float:
         assert np.isfinite(image).all()
         assert image.mean() > 0.01
     dr.flush_malloc_cache()
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1000
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024

@@ -27,7 +27,7 @@ METRICS: dict[str, Any] = {
     "seconds": {"light": 4.0, "student": 96.0},
     "losses": {"student": [3.0, float("nan"), 0.125]},
     "skipped_steps": {"student": 0},
-    "spikes": {"student": 1},
+    "astray": {},
 }
 
 
@@ -219,7 +219,7 @@ def test_page_stands_alone(tmp_path: Path) -> None:
 
 def test_page_warns(tmp_path: Path) -> None:
     bad = {"student_flux": [1.1, 0.5, 0.0], "skipped_steps": {"student": 3}, "dropped": 7,
-           "spikes": {"student": 900}}  # fmt: skip
+           "astray": {"student": 900}}  # fmt: skip
     page = write(tmp_path, {**METRICS, **bad, "held_out_gain_nats": -0.5})
     for text in (
         "3 steps of the student",

@@ -65,7 +65,7 @@ class Material:
 
     @property
     def cut(self) -> bool:
-        """Whether a picture has values above one, which no surface reflects and none is written."""
+        """Whether a picture has values above one, which no surface reflects: they are cut."""
         return any(picture.above_one for picture in self.pictures.values())
 
 

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from purelight_format.errors import PureLightError
-from purelight_import.model import limits
 
 SIGNS = {b"\x76\x2f\x31\x01": ".exr", b"#?": ".hdr", b"PF": ".pfm", b"Pf": ".pfm"}
 HEADER = 1 << 16  # bytes in which the size is said
@@ -30,29 +29,29 @@ def decode(data: bytes) -> NDArray[np.float32]:
     """Values of the pixels [H, W, C], of which some may be negative or no numbers.
 
     Raises:
-        PureLightError: they are too many.
         Exception: they cannot be read; of whatever kind Mitsuba raises.
     """
-    suffix = suffix_of(data)
-    _check_size(data[:HEADER], suffix)
     with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / f"picture{suffix}"
+        path = Path(folder) / f"picture{suffix_of(data)}"
         path.write_bytes(data)
         return _read(path)
 
 
-def _check_size(header: bytes, suffix: str) -> None:
-    """Before anything is allocated for it."""
-    found = SIZES[suffix].search(header)
+def size(data: bytes) -> tuple[int, int]:
+    """Pixels along both sides by the header, before anything is allocated for them.
+
+    Raises:
+        PureLightError: it does not say.
+    """
+    suffix = suffix_of(data)
+    found = SIZES[suffix].search(data[:HEADER])
     if found is None:
         raise PureLightError("it does not say its size")
     if suffix == ".exr":
         low, high = np.frombuffer(found[1], "<i4").astype(np.int64).reshape(2, 2)
-        sides = tuple((high - low + 1).tolist())
-    else:
-        sides = tuple(int(side) for side in found.groups())
-    if min(sides) < 1 or sides[0] * sides[1] > limits.PICTURE_PIXELS:
-        raise PureLightError(f"its {sides[0]} x {sides[1]} pixels are too many or none")
+        width, height = (high - low + 1).tolist()
+        return width, height
+    return int(found[1]), int(found[2])
 
 
 def _read(path: Path) -> NDArray[np.float32]:

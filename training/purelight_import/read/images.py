@@ -29,13 +29,12 @@ def decode(name: str, data: bytes, *, srgb: bool) -> Picture:
 
     try:
         if high_range.suffix_of(data):
+            _check(*high_range.size(data))
             return Picture(name, _linear(high_range.decode(data)))
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             image: Image.Image = Image.open(io.BytesIO(data), formats=FORMATS)
-            if image.width * image.height > limits.PICTURE_PIXELS:
-                size = f"{image.width} x {image.height}"
-                raise PureLightError(f"{size} pixels are too many")
+            _check(image.width, image.height)
             if image.mode == "F":
                 return Picture(name, _linear(np.asarray(image, np.float32)[..., None]))
             if image.mode in ("I;16", "I", "I;16B"):
@@ -52,6 +51,11 @@ def decode(name: str, data: bytes, *, srgb: bool) -> Picture:
     except Exception as error:  # Decoders raise whatever they like about broken files.
         raise PureLightError(f"picture {name} cannot be decoded: {error}") from None
     return Picture(name, pixels, srgb)
+
+
+def _check(width: int, height: int) -> None:
+    if min(width, height) < 1 or width * height > limits.PICTURE_PIXELS:
+        raise PureLightError(f"{width} x {height} pixels are too many or none")
 
 
 def _linear(pixels: NDArray[np.float32]) -> NDArray[np.float32]:

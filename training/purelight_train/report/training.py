@@ -21,6 +21,7 @@ from purelight_train.report.views import LampViews
 from purelight_train.runs.evaluation import as_function
 from purelight_train.runs.progress import Bar, duration
 from purelight_train.runs.run_directory import RunDirectory
+from purelight_train.runs.stages import ASTRAY
 
 if TYPE_CHECKING:
     from purelight_train.runs.pipeline import Training
@@ -56,9 +57,6 @@ def _views(training: Training) -> list[Section]:
             judge.views  # noqa: B018 - each part is measured when it is first asked for
     teacher = training.route.teacher_radiance
     return [*LampViews(lamp.description, lamp.surface, judge.views, teacher).rows()]
-
-
-A_FEW = 50  # spikes, of which a sound training has one at most
 
 
 @dataclass(frozen=True)
@@ -98,11 +96,8 @@ class TrainingReport:
             if count:
                 found.append(f"{count} steps of the {name.replace('_', ' ')} were skipped: their "
                              "gradient was not finite. A handful does no harm.")  # fmt: skip
-        for name, count in self.metrics.get("spikes", {}).items():
-            if count > A_FEW:
-                found.append(f"{count} steps of the {name.replace('_', ' ')} were left out: their "
-                             "gradients were far longer than usual. If its curve jumps, train with "
-                             "another seed.")  # fmt: skip
+        for name, count in self.metrics.get("astray", {}).items():
+            found.append(ASTRAY.format(count, name.replace("_", " ")))
         dropped = self.metrics.get("dropped", 0)
         if dropped:
             found.append(f"{dropped} light paths were dropped because a value was not finite; "

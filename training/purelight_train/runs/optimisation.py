@@ -24,7 +24,7 @@ WARM_UP = 50
 GRADIENT_NORM = 10.0
 LONG, SPIKE = 5.0, 50.0  # times the running mean: gradients clipped, and gradients skipped
 MEMORY = 0.98  # of the running mean
-MANY_SPIKES = 0.01  # of the steps; of 600 trainings none had more than one spike
+MANY_SPIKES = 0.01  # of the steps; a sound training has one at most
 CHECKPOINT_SECONDS = 20.0
 
 

@@ -33,7 +33,7 @@ NUMBERED = (
 )  # fmt: skip
 ASTRAY = (
     "{} steps of the {} were left out, their gradients far longer than usual: it may have gone "
-    "astray; look at its curve in the report, and train with another --seed if it jumps"
+    "astray; look at its curve in report.html, and train with another --seed if it jumps"
 )
 
 
@@ -111,12 +111,14 @@ class Stages:
             stop = EarlyStop(held_out(module), state)
         with self.bar(name, settings.steps, "step") as update:
             trace = optimise(module, objective, settings, seed, checkpoint, update, stop, keep=True)
-        if trace.astray(settings.steps):
+        astray = trace.astray(settings.steps)
+        if astray:
             warnings.warn(ASTRAY.format(trace.spikes, name.replace("_", " ")), stacklevel=2)
         start = time.monotonic()
         finish()
         seconds = trace.step_seconds + time.monotonic() - start
-        self.run.save(name, module, {"seconds": round(seconds, 2), **trace.to_dict()})
+        record = {"seconds": round(seconds, 2), **trace.to_dict(), "astray": astray}
+        self.run.save(name, module, record)
         for file in (checkpoint, state):
             file.unlink(missing_ok=True)
 
@@ -150,7 +152,7 @@ class Stages:
             },
             "losses": {k: v["losses"] for k, v in records.items()},
             "skipped_steps": {k: v["skipped"] for k, v in records.items()},
-            "spikes": {k: v.get("spikes", 0) for k, v in records.items()},
+            "astray": {k: v["spikes"] for k, v in records.items() if v.get("astray")},
         }
 
 
