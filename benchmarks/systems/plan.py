@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
 
+from benchmarks.systems.own.trained_by import TrainedBy
 from benchmarks.systems.protocol import System
 from benchmarks.systems.records import Record, Records
 from benchmarks.systems.scales import SCALES, Scale
@@ -91,7 +92,7 @@ def table(scale: Scale, systems: Sequence[System], rates: Rates) -> str:
     """Hours of one thread by part of the work, as text.
 
     Series are counted with their whole limit of seconds; making ready is extrapolated by the
-    examples that the optimisations see.
+    examples that the optimisations see, but for systems whose preset is their own.
 
     Raises:
         PureLightError: a system or a kind of task has no rate.
@@ -108,10 +109,11 @@ def table(scale: Scale, systems: Sequence[System], rates: Rates) -> str:
     kinds = dict.fromkeys(t.kind for t in judged)
     paths = {k: lamps * sum(scale.paths_of(t) for t in judged if t.kind == k) for k in kinds}
     longer = examples(scale) / rates.examples
-    ready = rates.training + sum(rates.ready[s.name] for s in systems)
+    fixed = sum(rates.ready[s.name] for s in systems if isinstance(s, TrainedBy))
+    ready = rates.training + sum(rates.ready[s.name] for s in systems) - fixed
     rows = {
         f"making {lamps} lamps ready for {len(systems)} systems (preset {scale.preset}, "
-        f"{longer:.1f} times the examples)": lamps * ready * longer,
+        f"{longer:.1f} times the examples)": lamps * (ready * longer + fixed),
         **{
             f"truths of {kind}, {count:.2g} light paths": count * rates.path[kind]
             for kind, count in paths.items()

@@ -26,6 +26,7 @@ def measured(output: Path) -> Path:
         "path": {"seconds": 0.0}, "ies": {"seconds": 20.0}, "ncl": {"seconds": 50.0},
         "purelight_accurate": {"seconds": 12.0, "parts": training},
         "purelight_fast": {"seconds": 12.0, "parts": training},
+        "purelight_draft": {"seconds": 300.0, "parts": training["seconds"]},
     }  # fmt: skip
     for system, cost in costs.items():
         for samples in (1, 2):
@@ -67,6 +68,16 @@ def test_the_training_of_a_lamp_counts_once(tmp_path: Path) -> None:
     names = ["purelight_accurate", "purelight_fast", "ncl"]
     told = hours(plan(chosen, systems(names), measured(tmp_path)))
     assert told[0] == pytest.approx(60 * (10 + 2 + 2 + 50) / 3600, abs=0.051)
+
+
+def test_a_system_with_a_preset_of_its_own_takes_no_longer(tmp_path: Path) -> None:
+    chosen = replace(SCALES["full"], lamps=("a",) * 60)
+    output = measured(tmp_path)
+    alone, beside = (
+        hours(plan(chosen, systems(names), output))[0]
+        for names in (["purelight_accurate"], ["purelight_accurate", "purelight_draft"])
+    )
+    assert beside - alone == pytest.approx(60 * 300 / 3600, abs=0.101)
 
 
 def test_a_plan_needs_what_was_measured(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -8,7 +8,10 @@ from pathlib import Path
 
 import pytest
 
+from benchmarks.systems.own.trained_by import TrainedBy
+from benchmarks.systems.protocol import Cost
 from benchmarks.systems.records import Records
+from benchmarks.systems.runner import Runner
 from benchmarks.systems.scales import scale
 
 ROOT = Path(__file__).parents[3]
@@ -28,3 +31,21 @@ def test_one_command_measures_and_reports(tmp_path: Path) -> None:
     report = tmp_path / "smoke/report"
     assert "not measured" in (report / "results.md").read_text()
     assert (report / "index.html").stat().st_size > 100_000
+
+
+@pytest.mark.slow
+def test_another_preset_is_trained_once(tmp_path: Path) -> None:
+    system = TrainedBy("tiny")
+    runner = Runner(tmp_path, scale("smoke"), [system], only=("room",))
+    runner.run(["frosted_globe"])
+    records = runner.records.current()
+    assert {r.system for r in records if r.samples} == {"purelight_tiny"}
+    assert not [r for r in records if r.failed]
+    assert records[-1].figures["mape"] < 0.5
+    cost = Cost(**records[-1].cost)
+    assert cost.parts.keys() == {"training", "export"}
+    assert cost.seconds == sum(cost.parts.values()) > 1
+    written = tmp_path / "frosted_globe/systems/purelight_tiny/lamp.plux"
+    before = written.stat().st_mtime_ns
+    Runner(tmp_path, scale("smoke"), [system], only=("floor",)).run(["frosted_globe"])
+    assert written.stat().st_mtime_ns == before
