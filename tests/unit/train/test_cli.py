@@ -25,6 +25,11 @@ CASES = {
         '<scene version="3.0.0"><shape type="sphere"/><emitter type="constant"/></scene>',
         "shines from infinity",
     ),
+    "one_direction": (
+        '<scene version="3.0.0"><shape type="rectangle"><emitter type="directionalarea"/>'
+        "</shape></scene>",
+        "emitter 0 (it has no id) shines in one direction alone",
+    ),
     "dark": (
         '<scene version="3.0.0"><shape type="sphere"><emitter type="area">'
         '<rgb name="radiance" value="0"/></emitter></shape></scene>',

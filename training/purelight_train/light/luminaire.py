@@ -144,11 +144,13 @@ def _check_emitters(path: Path, scene: mi.Scene) -> None:
     if not scene.emitters():
         raise PureLightError(f"{path}: the scene has no emitter; add one to the lamp's filament")
     infinite = mi.EmitterFlags.Infinite | mi.EmitterFlags.DeltaDirection
-    for emitter in scene.emitters():
+    for index, emitter in enumerate(scene.emitters()):
         if emitter.is_environment() or mi.has_flag(emitter.flags(), infinite):
+            area = emitter.get_shape() is not None  # `directionalarea`
+            where = "in one direction alone" if area else "from infinity"
             raise PureLightError(
-                f"{path}: emitter '{emitter.id()}' shines from infinity; a lamp needs area, "
-                "point or spot emitters"
+                f"{path}: {_named(emitter, index)} shines {where}; a lamp needs area, point or "
+                "spot emitters"
             )
     for shape in scene.shapes():
         if shape.is_emitter() and shape.is_mesh() and shape_mesh(shape)[2] is not None:
@@ -172,10 +174,11 @@ def _check_size(path: Path, surface: ExitSurface) -> None:
         )
 
 
-def _name(emitter: mi.Emitter) -> str:
-    """An emitter's own name, or its shape's."""
+def _named(emitter: mi.Emitter, index: int) -> str:
+    """An emitter by its own name or its shape's, else by its number."""
     shape = emitter.get_shape()
-    return str(emitter.id() or (shape.id() if shape is not None else ""))
+    name = emitter.id() or (shape.id() if shape is not None else "")
+    return f"emitter '{name}'" if name else f"emitter {index} (it has no id)"
 
 
 def _check_radiance(luminaire: Luminaire) -> None:
@@ -189,12 +192,12 @@ def _check_radiance(luminaire: Luminaire) -> None:
             f"{path}: an emitter has no radiance in R, G and B; give it as <rgb> ({reason})"
         ) from None
     if negative := np.flatnonzero((power < 0).any(1)).tolist():
-        name = _name(emitters[negative[0]])
-        raise PureLightError(f"{path}: emitter '{name}' has negative radiance; give zero or more")
+        named = _named(emitters[negative[0]], negative[0])
+        raise PureLightError(f"{path}: {named} has negative radiance; give zero or more")
     if broken := np.flatnonzero(luminaire.emission.broken() > MOSTLY).tolist():
-        name = _name(emitters[broken[0]])
+        named = _named(emitters[broken[0]], broken[0])
         raise PureLightError(
-            f"{path}: the radiance or the place of emitter '{name}' is not finite; give numbers"
+            f"{path}: the radiance or the place of {named} is not finite; give numbers"
         )
 
 
