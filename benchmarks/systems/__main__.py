@@ -26,7 +26,7 @@ from pathlib import Path
 
 from benchmarks.systems.own import OWN
 from benchmarks.systems.protocol import System
-from benchmarks.systems.scales import SCALES, scale
+from benchmarks.systems.scales import ANY_LAMP, SCALES, scale
 from purelight_examples.luminaires.catalog import CATALOG
 from purelight_format import command
 from purelight_format.errors import PureLightError
@@ -112,7 +112,7 @@ def _check(options: argparse.Namespace) -> None:
     A word that nobody knows would else be left out in silence, or measured as a lamp that fails.
     """
     chosen = scale(options.scale)
-    tasks = [task.name for task in chosen.tasks(0.1)]
+    tasks = [task.name for task in chosen.tasks(ANY_LAMP, 0.1)]
     names = [system.name for system in systems(None)]
     asked = (
         ("system", options.systems, names),

@@ -9,7 +9,7 @@ from pathlib import Path
 from benchmarks.systems.own.trained_by import TrainedBy
 from benchmarks.systems.protocol import System
 from benchmarks.systems.records import Record, Records
-from benchmarks.systems.scales import SCALES, Scale
+from benchmarks.systems.scales import ANY_LAMP, SCALES, Scale
 from benchmarks.systems.subjects import ALL_PRESETS
 from benchmarks.systems.tasks.truth import Truth
 from purelight_format.errors import PureLightError
@@ -45,7 +45,7 @@ class Rates:
         """
         records = [r for r in Records(folder).current() if r.system and not r.failed]
         truths: dict[str, list[float]] = {}
-        for task in measured.tasks(0.1):
+        for task in measured.tasks(ANY_LAMP, 0.1):
             for file in folder.glob(f"*/truth/{task.name}-*.npz"):
                 truth = Truth.load(file)
                 truths.setdefault(task.kind, []).append(truth.seconds / truth.paths)
@@ -98,7 +98,7 @@ def table(scale: Scale, systems: Sequence[System], rates: Rates) -> str:
         PureLightError: a system or a kind of task has no rate.
     """
     lamps = len(scale.lamps)
-    tasks = [t for t in scale.tasks(0.1) if any(t.kind in s.answers for s in systems)]
+    tasks = [t for t in scale.tasks(ANY_LAMP, 0.1) if any(t.kind in s.answers for s in systems)]
     judged = [t for t in tasks if t.measured]
     unknown = [s.name for s in systems if s.name not in rates.ready]
     unknown += sorted({t.kind for t in judged} - set(rates.path))

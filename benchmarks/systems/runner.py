@@ -67,9 +67,9 @@ class Runner:
             self._lamp(facts)
 
     def _lamp(self, facts: Facts) -> None:
-        tasks = [
-            t for t in self.scale.tasks(facts.aperture) if not self.only or t.name in self.only
-        ]
+        tasks = self.scale.tasks(facts.subject.name, facts.aperture)
+        if self.only:
+            tasks = [task for task in tasks if task.name in self.only]
         for system in self.systems:
             wanted = [t for t in tasks if t.kind in system.answers]
             missing = [t for t in wanted if self._missing(facts, system, t)]

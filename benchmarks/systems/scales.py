@@ -15,6 +15,10 @@ from purelight_examples.luminaires.catalog import CATALOG
 from purelight_format.errors import PureLightError
 
 VIEWS = {"view_side": (35.0, 10.0), "view_below": (-85.0, -50.0), "view_above": (155.0, 40.0)}
+GALLERY = (
+    "view_gallery"  # from where the gallery looks at the lamp: what shines down has a dark side
+)
+ANY_LAMP = next(iter(CATALOG))  # tasks of all lamps have the same names, kinds and sizes
 OBSERVERS = {"glare_near": (-60.0, -35.0, 8.0), "glare_far": (-60.0, -15.0, 16.0)}
 
 
@@ -27,7 +31,7 @@ class Scale:
         size, view_size, glare_size: pixels a side; `floor_pixels`: of a cell of the grid.
         samples: per pixel, of a series; each at least twice the one before.
         paths, view_paths: light paths of the truths.
-        views, observers: some of `VIEWS` and `OBSERVERS`.
+        views: some of `VIEWS`, or `GALLERY`; `observers`: some of `OBSERVERS`.
         instances: counts of lamps.
         limit: seconds of rendering that no series passes: whoever is quick draws more samples.
         systems: by name; all if None.
@@ -49,9 +53,10 @@ class Scale:
     limit: float
     systems: tuple[str, ...] | None = None
 
-    def tasks(self, aperture: float) -> list[JudgedTask]:
-        """All tasks; `aperture` of the lenses, over their distance."""
-        views = [View(n, *VIEWS[n], self.view_size, aperture) for n in self.views]
+    def tasks(self, lamp: str, aperture: float) -> list[JudgedTask]:
+        """All tasks of a lamp of the gallery; `aperture` of the lenses, over their distance."""
+        seen = VIEWS | {GALLERY: (CATALOG[lamp].azimuth, CATALOG[lamp].elevation)}
+        views = [View(n, *seen[n], self.view_size, aperture) for n in self.views]
         eyes = [
             Glare(n, *OBSERVERS[n][:2], self.glare_size, aperture, OBSERVERS[n][2])
             for n in self.observers
@@ -78,8 +83,8 @@ SCALES = {
          "bidirectional"),
     ),
     "small": Scale(
-        "small", ("frosted_globe", "crystal", "medieval"), "sketch", 48, 48, 24, 2,
-        doubling(4096), 1 << 22, 1 << 27, ("view_side",), ("glare_near",), (1, 16), 4,
+        "small", tuple(CATALOG), "sketch", 48, 48, 24, 2,
+        doubling(4096), 1 << 22, 1 << 27, (GALLERY,), ("glare_near",), (1, 16), 4,
     ),
     "full": Scale(
         "full", tuple(CATALOG), "standard", 128, 128, 64, 8,

@@ -28,7 +28,7 @@ from tests.unit.benchmarks.systems_twin import LEVEL, SIZE, Grey, Noisy, subject
 class Tiny(Scale):
     """One task that needs no lamp."""
 
-    def tasks(self, aperture: float) -> list[JudgedTask]:
+    def tasks(self, lamp: str, aperture: float) -> list[JudgedTask]:
         return [Grey()]
 
 

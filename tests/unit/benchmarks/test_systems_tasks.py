@@ -15,7 +15,7 @@ import pytest
 from benchmarks.systems.in_mitsuba import MitsubaSystem
 from benchmarks.systems.own.real import LightTracing, PathTracing
 from benchmarks.systems.protocol import Subject
-from benchmarks.systems.scales import SCALES, scale
+from benchmarks.systems.scales import ANY_LAMP, SCALES, scale
 from benchmarks.systems.tasks import placing, views
 from benchmarks.systems.tasks.floor import ALBEDO, Floor, cells, lux
 from benchmarks.systems.tasks.glare import BACKGROUND, Glare, rating, weights
@@ -25,6 +25,7 @@ from benchmarks.systems.tasks.roughness import ALPHAS, BELOW, Roughness
 from benchmarks.systems.tasks.task import JudgedTask
 from benchmarks.systems.tasks.truth import Truth
 from benchmarks.systems.tasks.views import View, sharpness
+from purelight_examples.luminaires.catalog import CATALOG
 from purelight_examples.scenes.lamp_choice import LampChoice, RealLamp, SphereLamp
 from purelight_format.errors import PureLightError
 from purelight_format.measures import BoundingSphere
@@ -215,13 +216,25 @@ def test_bias_is_told_strip_by_strip(ball: Subject) -> None:
 
 def test_names_are_names_of_files_and_belong_to_one_task() -> None:
     for each in SCALES.values():
-        names = [task.name for task in each.tasks(0.1)]
+        names = [task.name for task in each.tasks(ANY_LAMP, 0.1)]
         assert len(set(names)) == len(names)
         assert all(name.replace("_", "").isalnum() for name in names)
         steps = each.samples
         assert all(b >= 2 * a for a, b in itertools.pairwise(steps))
     with pytest.raises(PureLightError, match="no scale"):
         scale("huge")
+
+
+def test_a_lamp_is_looked_at_from_where_the_gallery_looks() -> None:
+    """A downlight seen from above is dark, and its look would not be judged."""
+    seen = {
+        lamp: {task.name: task for task in SCALES["small"].tasks(lamp, 0.1)}["view_gallery"]
+        for lamp in CATALOG
+    }
+    for lamp, view in seen.items():
+        assert isinstance(view, View)
+        known = CATALOG[lamp].azimuth, CATALOG[lamp].elevation
+        assert (view.azimuth, view.elevation) == known
 
 
 def test_a_system_refuses_what_it_cannot_show(ball: Subject) -> None:
