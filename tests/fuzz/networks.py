@@ -9,6 +9,7 @@ import time
 from collections.abc import Callable
 from random import Random
 from typing import Any
+from unittest import mock
 
 import numpy as np
 import onnx
@@ -28,6 +29,7 @@ from tests.fuzz.mutation import mutate
 EXTREMES = (0.3, 0.0, -1.0, 1e30, -3e38, np.inf, np.nan)
 ROWS = len(EXTREMES)
 GOLDEN = 64  # Rows, as many as a bundle has.
+VAST = 2.0**24  # From here on a float32 is more than one from the next.
 LONGER, OPENING = 5.0, 0.5  # Times the stated work, and seconds.
 INTEGERS = (0, 1, -1, 3, 2**31 - 1, -(2**31), 2**62, -(2**63))
 
@@ -125,12 +127,28 @@ def _require_same(data: bytes, network: str, results: dict[str, np.ndarray]) -> 
     feed = {name: array[:1] for name, array in _feed(network).items()}
     try:
         model = with_all_values(data)
-        values, exact = (reference.evaluate(model, feed, t) for t in (np.float32, np.float64))
+        values = reference.evaluate(model, feed, np.float32)
+        with mock.patch.dict(reference.OPERATORS, UNLESS_VAST):
+            exact = reference.evaluate(model, feed, np.float64)
     except PureLightError:
         return  # A computed index beyond its table, which Dr.Jit clamps.
     if all(np.allclose(y, exact[name], 1e-5, 1e-5) for name, y in values.items()):
         for name, result in results.items():
             np.testing.assert_allclose(result[:1], values[name], rtol=1e-3, atol=1e-3)
+
+
+def _unless_vast(function: Callable[..., Any]) -> Callable[..., Any]:
+    """A sine; no number where N13 leaves it to the host."""
+    return lambda x: np.where(np.abs(x) < VAST, function(x), np.nan)
+
+
+def _remainder(a: Any, b: Any, fmod: int = 0) -> Any:
+    if not fmod:
+        return np.mod(a, b)
+    return np.where(np.abs(a / b) < VAST, np.fmod(a, b), np.nan)
+
+
+UNLESS_VAST = {"Cos": _unless_vast(np.cos), "Mod": _remainder, "Sin": _unless_vast(np.sin)}
 
 
 def _require_an_index(message: str) -> None:

@@ -18,6 +18,7 @@ from purelight_mitsuba.translate.network import FusedNetwork
 
 ROWS = 67
 TOLERANCE = 1e-4
+F32 = np.float32
 
 
 def model(
@@ -112,6 +113,33 @@ def test_integers_of_both_signs(dtype: Any, op: str, divisor: int) -> None:
 
 def test_float_remainder_keeps_the_sign_of_the_dividend() -> None:
     check([node("Mod", "x c", fmod=1)], c=np.float32(0.7))
+
+
+@pytest.mark.parametrize("divisor", [0.7, -3.0, np.inf])
+@pytest.mark.parametrize("low", [-2.0, 0.1])
+def test_float_remainder_of_any_divisor(divisor: float, low: float) -> None:
+    check([node("Mod", "c x", "r", fmod=1), node("Mod", "r c", fmod=1)], low=low, c=F32(divisor))
+
+
+@pytest.mark.parametrize("by", [1e3, 1e5, 1e7, 1e9, 1e20, 1e38])
+def test_what_vast_numbers_leave_is_bounded(by: float) -> None:
+    """A sine stays within one and a remainder below its divisor, where no digit can be right."""
+    x = np.random.default_rng(1).uniform(-2, 2, (2, ROWS, 3)).astype(np.float32)[0]
+    for op in ("Sin", "Cos"):
+        ours, theirs = both(model([node("Mul", "x by", "v"), node(op, "v")], {"by": F32(by)}))
+        assert (np.abs(ours) <= 1).all()
+        apart = np.spacing(np.abs(x * F32(by)))  # of the angle from the next
+        assert (np.abs(ours - theirs) <= 1e-6 + apart).all()
+    remainder = node("Mod", "v y", fmod=1)
+    ours, _ = both(model([node("Mul", "x by", "v"), remainder], {"by": F32(by)}))
+    assert (np.abs(ours) <= 2).all()
+
+
+@pytest.mark.parametrize("op", ["Sin", "Cos"])
+def test_an_endless_angle_has_no_sine(op: str) -> None:
+    nodes = [node("Sub", "x x", "none"), node("Reciprocal", "none", "v"), node(op, "v")]
+    ours, _ = both(model(nodes, {}))
+    assert np.isnan(ours).all()
 
 
 @pytest.mark.parametrize("exclusive", [0, 1])

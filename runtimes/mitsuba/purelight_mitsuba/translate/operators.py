@@ -21,6 +21,7 @@ Attributes = dict[str, Any]
 Operator = Callable[..., Any]
 
 FLOAT, INT32, INT64, BOOL = 1, 6, 7, 9  # ONNX's numbers for element types.
+VAST = 2.0**24  # From here on a float32 is more than one from the next (N13).
 
 
 def row(elements: list[Any]) -> Tensor:
@@ -59,13 +60,29 @@ def _divide(a: Any, b: Any) -> Any:
     return a / b if dr.is_float_v(a) else a // b
 
 
+def _wave(function: Callable[[Any], Any]) -> Callable[[Any], Any]:
+    """Sine or cosine; 0 of `VAST` angles, of which Dr.Jit's are as vast or infinite."""
+
+    def bounded(x: Any) -> Any:
+        size = dr.abs(x)
+        return dr.select((size >= VAST) & (size < dr.inf), 0, function(x))
+
+    return bounded
+
+
 def _remainder(a: Any, b: Any, *, fmod: int = 0) -> Any:
     """Remainder with the sign of the divisor, or with the dividend's (fmod) as Dr.Jit's has."""
-    if fmod:  # The quotient may be rounded up to a whole number.
-        rest = dr.fma(-dr.trunc(a / b), b, a)
-        return dr.select(rest * a < 0, rest + dr.copysign(b, a), rest)
+    if fmod:
+        return dr.select(dr.abs(a) < dr.abs(b), a, _rest(a, b))
     rest = a % b
     return dr.select((rest != 0) & ((rest < 0) != (b < 0)), rest + b, rest)
+
+
+def _rest(a: Any, b: Any) -> Any:
+    """Remainder of what is no less than its divisor; 0 where the quotient is `VAST`."""
+    rest = dr.fma(-dr.trunc(a / b), b, a)  # The quotient may be rounded up to a whole number.
+    found = dr.select(rest * a < 0, rest + dr.copysign(b, a), rest)
+    return dr.select(dr.abs(found) >= dr.abs(b), 0, found)
 
 
 def _sign(x: Any) -> Any:
@@ -222,7 +239,7 @@ OPERATORS: dict[str, Operator] = {
     "Cast": _each(_cast),
     "Clip": _clip,
     "Concat": _concat,
-    "Cos": _each(dr.cos),
+    "Cos": _each(_wave(dr.cos)),
     "CumSum": _cumulative_sum,
     "Div": _each(_divide),
     "Equal": _each(lambda a, b: a == b),
@@ -250,7 +267,7 @@ OPERATORS: dict[str, Operator] = {
     "Reshape": _reshape,
     "Sigmoid": _each(lambda a: 1 / (1 + dr.exp(-a))),
     "Sign": _each(_sign),
-    "Sin": _each(dr.sin),
+    "Sin": _each(_wave(dr.sin)),
     "Slice": _slice,
     "Softmax": _softmax,
     "Split": _split,
