@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 from random import Random
+from unittest import mock
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ from purelight_format.networks import reference
 from purelight_format.networks.profile import inspect
 from purelight_format.networks.vectors import SIGNATURES
 from tests.fuzz.graphs import Graph
-from tests.fuzz.networks import with_all_values
+from tests.fuzz.networks import UNLESS_VAST, with_all_values
 from tests.support.compiled import Batch, Network
 
 ROWS = 6
@@ -43,12 +44,13 @@ def steady(network: Network) -> tuple[np.ndarray, np.ndarray]:
     """What the reference gives, [N, ...], and where rounding has no say in it.
 
     Rows in which a float is no number, or larger than integers are, have no answer to compare:
-    ONNX leaves open what they are converted to.
+    ONNX leaves open what they are converted to, and N13 what the sine of a vast angle is.
     """
     inputs = dict(zip(network.signature.inputs, feed(network), strict=True))
     model = with_all_values(network.model)
     try:
-        trials = [reference.evaluate(model, inputs, dtype) for dtype in (np.float32, np.float64)]
+        with mock.patch.dict(reference.OPERATORS, UNLESS_VAST):
+            trials = [reference.evaluate(model, inputs, d) for d in (np.float32, np.float64)]
     except PureLightError:  # A computed index beyond its table, which compiled code clamps.
         return np.zeros((ROWS, 1)), np.zeros((ROWS, 1), bool)
     floats = [y.reshape(ROWS, -1) for y in trials[1].values() if y.dtype == np.float64]
