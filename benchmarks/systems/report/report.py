@@ -38,7 +38,9 @@ def write(folder: Path, systems: Sequence[System], publish: Path | None) -> str:
     Raises:
         PureLightError: there are no records.
     """
+    places = {system.name: k for k, system in enumerate(systems)}
     records = Records(folder).current()
+    records.sort(key=lambda record: places.get(record.system, len(places)))
     results = Results(records)
     if not results.lamps and not any(r.failed for r in records):
         raise PureLightError(f"{folder}: no records yet; measure first, without --report")
@@ -88,6 +90,9 @@ def _save(
     target.mkdir(parents=True, exist_ok=True)
     for name, data in files.items():
         atomic.write_bytes(target / name, data)
+    for old in target.glob("*.png"):  # of lamps and tasks that are measured no more
+        if old.name not in files:
+            old.unlink()
     _page(target / "index.html", results, systems, files, remark, embedded=True)
 
 

@@ -255,6 +255,8 @@ def test_the_report_holds_everything(tmp_path: Path) -> None:
     truth = Truth(sums.picture(), np.ones((8, 8), bool), 100, 0)
     truth.save(tmp_path / "ball/truth/room-1.npz")
     (tmp_path / "ball/truth/room.txt").write_text("room-1.npz")
+    (tmp_path / "published").mkdir()
+    (tmp_path / "published/row_ball_view_gone.png").touch()
     text = report.write(tmp_path, [*OWN, Noisy()], tmp_path / "published")
     assert "no light leaves it" in text
     assert "**holds**: memory" in text
@@ -269,6 +271,15 @@ def test_the_report_holds_everything(tmp_path: Path) -> None:
     assert 'src="http' not in page
     again = Image.open(tmp_path / "report/row_ball_room.png")
     assert again.size[0] == 5 * (again.size[0] // 5)
+
+
+def test_systems_stand_in_the_order_of_the_bench(tmp_path: Path) -> None:
+    for made in reversed(bench()):
+        Records(tmp_path).add(made)
+    text = report.write(tmp_path, [*reversed(OWN), Noisy()], None)
+    assert text.index("| ball | purelight_fast |") < text.index("| ball | path |")
+    text = report.write(tmp_path, [*OWN, Noisy()], None)
+    assert text.index("| ball | path |") < text.index("| ball | purelight_fast |")
 
 
 def test_floors_are_compared_at_equal_time() -> None:
