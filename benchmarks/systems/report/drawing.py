@@ -6,11 +6,14 @@ import io
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from PIL import Image as Pillow
+
 from benchmarks.systems.report.series import HALL, STRIPS, Results
 from purelight_format.errors import PureLightError
 
 Drawn = dict[str, bytes]  # PNG by name
 MARKS = "osD^v<>Phd*pX"
+COLOURS = 128  # of a figure's file
 
 
 def fronts(results: Results) -> Drawn:
@@ -135,5 +138,8 @@ def png(draw: Callable[[Any], None], size: tuple[float, float] = (6.4, 4.4)) -> 
     axes.grid(visible=True, which="both", alpha=0.25)
     axes.legend(fontsize=7, loc="center left", bbox_to_anchor=(1.0, 0.5))
     buffer = io.BytesIO()
-    FigureCanvasAgg(figure).print_png(buffer, metadata={"Software": None})
+    FigureCanvasAgg(figure).print_png(buffer)
+    few = Pillow.open(buffer).convert("RGB").quantize(COLOURS)  # a third of the bytes
+    buffer = io.BytesIO()
+    few.save(buffer, "PNG", optimize=True)
     return buffer.getvalue()

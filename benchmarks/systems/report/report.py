@@ -46,7 +46,7 @@ def write(folder: Path, systems: Sequence[System], publish: Path | None) -> str:
         raise PureLightError(f"{folder}: no records yet; measure first, without --report")
     remark = f"{_remark(folder.name)} {_circumstances(records)}".strip()
     text, files = f"{remark}\n\n{_text(results, systems)}".lstrip(), _figures(folder, results)
-    files |= {"results.csv": tables.rows_csv(records).encode(), "results.md": text.encode()}
+    files |= {"results.md": text.encode(), **_values(results)}
     _save(folder / "report", results, systems, files, remark)
     if publish is not None:
         _check(files)
@@ -90,7 +90,7 @@ def _save(
     target.mkdir(parents=True, exist_ok=True)
     for name, data in files.items():
         atomic.write_bytes(target / name, data)
-    for old in target.glob("*.png"):  # of lamps and tasks that are measured no more
+    for old in (*target.glob("*.png"), *target.glob("series_*.csv")):  # of what is there no more
         if old.name not in files:
             old.unlink()
     _page(target / "index.html", results, systems, files, remark, embedded=True)
@@ -108,6 +108,15 @@ def _check(files: dict[str, bytes]) -> None:
 def _figures(folder: Path, results: Results) -> dict[str, bytes]:
     drawn = drawing.fronts(results) | drawing.roughness(results) | drawing.memory(results)
     return {f"{name}.png": data for name, data in {**drawn, **rows(folder, results)}.items()}
+
+
+def _values(results: Results) -> dict[str, bytes]:
+    """The last picture of each series, and by lamp all of them."""
+    last = list({r.series: r for r in results.records}.values())
+    made = {"results": last}
+    for lamp in results.lamps:
+        made[f"series_{lamp}"] = [r for r in results.records if r.lamp == lamp]
+    return {f"{name}.csv": tables.rows_csv(rows).encode() for name, rows in made.items()}
 
 
 def _grids(results: Results, systems: Sequence[System]) -> dict[str, Grid]:
@@ -149,7 +158,11 @@ def _page(
     labels = [[s.name, s.label] for s in systems if s.name in results.systems]
     sections.append(Table("Systems", ("name", "what it is"), labels))
     for lamp in results.lamps:
-        mine = {n: d for n, d in files.items() if _owner(n, results.lamps) == lamp}
+        mine = {
+            n: d
+            for n, d in files.items()
+            if n.endswith(".png") and _owner(n, results.lamps) == lamp
+        }
         sections += _lamp(lamp, {n: d if embedded else None for n, d in mine.items()})
     write_page(path, "Systems side by side", f"{LEAD} {remark}".strip(), sections)
 

@@ -171,7 +171,7 @@ def _cell(step: Step | None, name: str, style: str = ".3g") -> Cell:
 
 
 def rows_csv(records: Sequence[Record]) -> str:
-    """All records as CSV, lists left out; columns are the figures that any of them has."""
+    """Records as CSV, lists left out; columns are the figures that any of them has."""
     names = dict.fromkeys(
         n for r in records for n, v in r.figures.items() if not isinstance(v, list)
     )
