@@ -15,9 +15,7 @@ from purelight_examples.luminaires.catalog import CATALOG
 from purelight_format.errors import PureLightError
 
 VIEWS = {"view_side": (35.0, 10.0), "view_below": (-85.0, -50.0), "view_above": (155.0, 40.0)}
-GALLERY = (
-    "view_gallery"  # from where the gallery looks at the lamp: what shines down has a dark side
-)
+GALLERY = "view_gallery"  # from where the gallery looks: a downlight is dark from the side
 ANY_LAMP = next(iter(CATALOG))  # tasks of all lamps have the same names, kinds and sizes
 OBSERVERS = {"glare_near": (-60.0, -35.0, 8.0), "glare_far": (-60.0, -15.0, 16.0)}
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from benchmarks.systems import subjects
 from benchmarks.systems.own.purelight import TRAINING, PureLight
 from benchmarks.systems.protocol import Cost, Subject
 from purelight_examples.scenes.lamp_choice import LampChoice, NeuralLamp
@@ -28,6 +27,8 @@ class TrainedBy(PureLight):
 
     def prepare(self, subject: Subject, folder: Path) -> Cost:
         """Train and export by the public commands, going on with what an earlier call left."""
+        from benchmarks.systems import subjects  # training's, which no rendering has to hold
+
         told = folder / TRAINING
         if not told.is_file():
             for _ in subjects.make(subject.scene, folder, self.preset, subject.threads, self.name):

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import inspect
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -32,3 +34,9 @@ def test_the_digest_follows_imports(
     other.write_text("")
     monkeypatch.setattr(source, "ROOT", tmp_path)
     assert source._reached(str(outer)) == {outer, inner, other}
+
+
+def test_what_renders_holds_nothing_of_training() -> None:
+    """Peak memory is the system's: the process of a series imports what the command's does."""
+    code = "import sys, benchmarks.systems.__main__; sys.exit('torch' in sys.modules)"
+    subprocess.run([sys.executable, "-c", code], check=True, cwd=source.ROOT)
