@@ -109,11 +109,12 @@ def table(scale: Scale, systems: Sequence[System], rates: Rates) -> str:
     kinds = dict.fromkeys(t.kind for t in judged)
     paths = {k: lamps * sum(scale.paths_of(t) for t in judged if t.kind == k) for k in kinds}
     longer = examples(scale) / rates.examples
-    fixed = sum(rates.ready[s.name] for s in systems if isinstance(s, TrainedBy))
-    ready = rates.training + sum(rates.ready[s.name] for s in systems) - fixed
+    fixed = {s.shared: rates.ready[s.name] for s in systems if isinstance(s, TrainedBy)}
+    other = [rates.ready[s.name] for s in systems if not isinstance(s, TrainedBy)]
+    ready = (rates.training + sum(other)) * longer + sum(fixed.values())
     rows = {
         f"making {lamps} lamps ready for {len(systems)} systems (preset {scale.preset}, "
-        f"{longer:.1f} times the examples)": lamps * (ready * longer + fixed),
+        f"{longer:.1f} times the examples)": lamps * ready,
         **{
             f"truths of {kind}, {count:.2g} light paths": count * rates.path[kind]
             for kind, count in paths.items()

@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.systems import errors, isolated, subjects
+from benchmarks.systems.own.trained_by import TrainedBy
 from benchmarks.systems.protocol import Cost, Frame, Subject, System
 from benchmarks.systems.records import Record, Records, plain
 from benchmarks.systems.scales import Scale
@@ -87,6 +88,7 @@ class Runner:
         words = (
             facts.digest, source_digest(task), repr(task), self.scale.paths_of(task),
             self._samples(task), SEED, self.threads, system.name, source_digest(system),
+            *([subjects.ALL_PRESETS[system.preset]] if isinstance(system, TrainedBy) else []),
         )  # fmt: skip
         return hashlib.sha256(repr(words).encode()).hexdigest()[:16]
 

@@ -11,4 +11,5 @@ OWN: tuple[System, ...] = (
     PureLight("accurate"),
     PureLight("fast"),
     TrainedBy("draft"),
+    TrainedBy("draft", "fast"),
 )

@@ -27,6 +27,7 @@ def measured(output: Path) -> Path:
         "purelight_accurate": {"seconds": 12.0, "parts": training},
         "purelight_fast": {"seconds": 12.0, "parts": training},
         "purelight_draft": {"seconds": 300.0, "parts": training["seconds"]},
+        "purelight_draft_fast": {"seconds": 300.0, "parts": training["seconds"]},
     }  # fmt: skip
     for system, cost in costs.items():
         for samples in (1, 2):
@@ -75,7 +76,10 @@ def test_a_system_with_a_preset_of_its_own_takes_no_longer(tmp_path: Path) -> No
     output = measured(tmp_path)
     alone, beside = (
         hours(plan(chosen, systems(names), output))[0]
-        for names in (["purelight_accurate"], ["purelight_accurate", "purelight_draft"])
+        for names in (
+            ["purelight_accurate"],
+            ["purelight_accurate", "purelight_draft", "purelight_draft_fast"],
+        )
     )
     assert beside - alone == pytest.approx(60 * 300 / 3600, abs=0.101)
 

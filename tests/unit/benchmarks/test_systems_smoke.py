@@ -47,5 +47,11 @@ def test_another_preset_is_trained_once(tmp_path: Path) -> None:
     assert cost.seconds == sum(cost.parts.values()) > 1
     written = tmp_path / "frosted_globe/systems/purelight_tiny/lamp.plux"
     before = written.stat().st_mtime_ns
-    Runner(tmp_path, scale("smoke"), [system], only=("floor",)).run(["frosted_globe"])
+    both = [system, TrainedBy("tiny", "fast")]
+    later = Runner(tmp_path, scale("smoke"), both, only=("floor",))
+    later.run(["frosted_globe"])
+    assert not [r for r in later.records.current() if r.failed]
+    assert {r.system for r in later.records.current() if r.task == "floor"} == {
+        "purelight_tiny", "purelight_tiny_fast",
+    }  # fmt: skip
     assert written.stat().st_mtime_ns == before
