@@ -26,7 +26,7 @@ from purelight_train.sizes import portable
 POINTS, HELD_OUT_POINTS, DRAWS = 1 << 16, 1 << 12, 1 << 16
 WIDTHS = (16, 20, 24, 32, 48, 64, 96, 128)
 DEPTH, BINS = 2, 16
-SAMPLER = Optimisation(1200, 1 << 13, 4e-3)
+SAMPLER = Optimisation(2400, 1 << 12, 2e-2)
 FAST_MAP = Optimisation(3000, 1 << 8, 1e-2)
 Module = TypeVar("Module", bound=nn.Module)
 
