@@ -117,14 +117,10 @@ def _quicker(accurate: str, fast: str) -> Callable[[Results, str], Finding]:
         if slow is None or quick is None:
             return None
         less = 1 - quick.seconds / slow.seconds
-        bias, other, noise = (
-            quick.figures["mean"],
-            slow.figures["mean"],
-            quick.figures["mean_noise"],
-        )
+        bias, noise = quick.figures["mean"], quick.figures["mean_noise"]
         text = (
             f"{less:+.0%} less time at {quick.samples} spp, mean {bias:+.1%} (accurate"
-            f" {other:+.1%}, standard error {noise:.1%})"
+            f" {slow.figures['mean']:+.1%}, standard error {noise:.1%})"
         )
         if less > FASTER and abs(abs(bias) - BIAS) <= noise:
             return None, text
@@ -133,11 +129,13 @@ def _quicker(accurate: str, fast: str) -> Callable[[Results, str], Finding]:
     return judge
 
 
-def _common(results: Results, lamp: str, *names: str) -> tuple[Step | None, Step | None]:
+def _common(results: Results, lamp: str, one: str, other: str) -> tuple[Step | None, Step | None]:
     """Two systems in the room, at the most samples that both have."""
-    one, other = ({s.samples: s for s in results.steps(lamp, n, "illumination")} for n in names)
-    shared = max(one.keys() & other.keys(), default=0)
-    return one.get(shared), other.get(shared)
+    ours, theirs = (
+        {s.samples: s for s in results.steps(lamp, name, "illumination")} for name in (one, other)
+    )
+    shared = max(ours.keys() & theirs.keys(), default=0)
+    return ours.get(shared), theirs.get(shared)
 
 
 def _sharper(rivals: tuple[str, ...]) -> Callable[[Results, str], Finding]:
