@@ -17,6 +17,7 @@ from purelight_format.ray_file.conversion import file_of, rays_of
 from purelight_format.ray_file.files import is_ray_file, read_ray_file
 from purelight_format.ray_file.ray_file import LUMENS, WATTS, RayFile
 from purelight_format.ray_file.rays import Rays
+from purelight_onnx.lighting import chances
 from purelight_onnx.luminaire import Luminaire
 
 if TYPE_CHECKING:
@@ -28,7 +29,6 @@ if TYPE_CHECKING:
 
 CHUNK = 1 << 14  # Rays drawn at a time, each from `CANDIDATES`.
 CANDIDATES = 8
-BY_AREA = 0.2  # Of the places, those that are even by area and not by flux.
 LIFT = 1e-5  # Of the radius.
 FRUITLESS = 16  # Chunks without a ray, after which there is none.
 FLUXES = (WATTS, LUMENS, "X", "Z")
@@ -134,9 +134,9 @@ def _candidates(
     What meets the lamp again carries nothing.
     """
     surface = luminaire.exit_surface
-    flux = luminaire.bundle.surface().triangle_flux.astype(np.float64) @ LUMINANCE
-    shares = [part / part.sum() for part in (flux, surface.area) if part.sum() > 0]
-    chance = np.average(shares, axis=0, weights=[1 - BY_AREA, BY_AREA][-len(shares) :])
+    chance = chances(luminaire).astype(np.float64)
+    if not chance.any():
+        raise PureLightError(f"{luminaire.manifest.name}: its exit surface has no area, so no rays")
     triangle = rng.choice(len(chance), count, p=chance / chance.sum())
     position = surface.point(triangle, rng.random((count, 2)))
     normal = surface.normal[triangle] * rng.choice([-1.0, 1.0], (count, 1))

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from purelight_format.members.container import PART
 from purelight_format.members.manifest import Manifest
 from purelight_format.members.surface import Surface
 from purelight_format.usd.appearance_text import (
@@ -51,7 +52,8 @@ class Paths:
 def identifier(name: str) -> str:
     """A name as a USD prim name, which is also a file name: lower case, digits and _."""
     plain = re.sub("[^a-z0-9]+", "_", name.lower()).strip("_")[:40]
-    return plain if plain[:1].isalpha() else f"lamp_{plain}".rstrip("_")
+    allowed = plain[:1].isalpha() and PART.fullmatch(plain)  # No device of Windows
+    return plain if allowed else f"lamp_{plain}".rstrip("_")
 
 
 def layer_text(

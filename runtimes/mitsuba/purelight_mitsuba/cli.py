@@ -30,7 +30,7 @@ def _parser() -> command.Parser:
     parser.add_argument("--light-groups", action="store_true", help="add a layer per lamp's light")
     parser.add_argument("--denoise", action="store_true", help="by Open Image Denoise")
     parser.add_argument("--variant", default="llvm_ad_rgb")
-    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--seed", type=command.seed, default=0)
     return parser
 
 

@@ -134,7 +134,7 @@ def by_surface(
     of `by_sampler`, but the points may lie anywhere.
     """
     surface = luminaire.exit_surface
-    chance = _chances(luminaire)
+    chance = chances(luminaire)
     if not chance.any():
         return np.zeros((len(point), 3))
     reached = np.cumsum(chance)
@@ -154,7 +154,7 @@ def by_surface(
     return estimate
 
 
-def _chances(luminaire: Luminaire) -> np.ndarray:
+def chances(luminaire: Luminaire) -> np.ndarray:
     """Chance of each triangle of the exit surface: [T], zero where one has no area, as all may."""
     area = luminaire.exit_surface.area
     flux = np.where(area > 0, luminaire.bundle.surface().triangle_flux @ LUMINANCE, 0)

@@ -12,9 +12,12 @@ import pytest
 from purelight_export import rays
 from purelight_export.graph import Graph
 from purelight_export.rays_cli import main
+from purelight_format import bundle
+from purelight_format.measures import BoundingSphere
+from purelight_format.members.surface import Surface
 from purelight_format.ray_file.conversion import file_of
 from purelight_format.ray_file.files import read_ray_file, write_ray_file
-from tests.support import analytic_lamps
+from tests.support import analytic_lamps, bundles, smallest
 from tests.support.rays import ball
 
 
@@ -82,3 +85,22 @@ def test_a_bundle_whose_networks_are_dark_is_refused(
     assert main([str(path), "--output", str(tmp_path / "out.tm25ray"), "--count", "10"]) == 2
     (error,) = capsys.readouterr().err.splitlines()
     assert "its networks give none of the light" in error
+
+
+def test_triangles_without_area_send_no_rays(tmp_path: Path) -> None:
+    """Valid ones: their vertices lie apart from the others', and some of the flux is theirs."""
+    lost = np.array([[0.1, 0.1, 0.3], [0.2, 0.1, 0.3]], np.float32)
+    triangles = np.vstack([smallest.TRIANGLES, [[4, 5, 5]]]).astype(np.uint32)
+    flux = np.multiply.outer([0.45, 0.45, 0.1], smallest.FLUX).astype(np.float32)
+    surface = Surface(np.vstack([smallest.CORNERS, lost]), triangles, flux)
+    model = smallest.appearance()
+    manifest, content = bundles.parts(
+        surface, {"appearance": (model, smallest.golden(model))}, name="Lost", flux=smallest.FLUX,
+        bounding_sphere=BoundingSphere((0.0, 0.0, 0.0), 0.75), radiance_scale=7 / 9, r_max=15.0,
+        channels=(True, True, True),
+    )  # fmt: skip
+    path = tmp_path / "lost.plux"
+    bundle.write(path, manifest, content)
+    output = tmp_path / "lost.tm25ray"
+    assert main([str(path), "--output", str(output), "--count", "500"]) == 0
+    assert len(read_ray_file(output).rows) == 500

@@ -218,7 +218,15 @@ def test_luminaires_are_found_whenever_the_schema_is_registered(asset: Path, mom
 
 @pytest.mark.parametrize(
     ("name", "expected"),
-    [("Filament bulb", "filament_bulb"), ("1st", "lamp_1st"), ("ü", "lamp"), ("A" * 90, "a" * 40)],
+    [
+        ("Filament bulb", "filament_bulb"),
+        ("1st", "lamp_1st"),
+        ("ü", "lamp"),
+        ("A" * 90, "a" * 40),
+        ("Aux", "lamp_aux"),
+        ("COM1", "lamp_com1"),
+        ("Aux lamp", "aux_lamp"),
+    ],
 )
 def test_names_become_identifiers(name: str, expected: str) -> None:
     assert identifier(name) == expected

@@ -133,6 +133,28 @@ READER = """
 """
 
 
+@pytest.mark.parametrize(
+    ("output", "color", "expected"),
+    [("a", (255, 128, 0), 1.0), ("a", (255, 128, 0, 51), 0.2), ("g", (51, 255), 0.2)],
+)
+def test_a_channel_is_the_one_that_is_named(
+    output: str, color: tuple[int, ...], expected: float, tmp_path: Path
+) -> None:
+    """What a picture lacks of alpha is whole; grey is all colours."""
+    pixels = np.full((2, 2, len(color)), color, np.uint8)
+    Image.fromarray(pixels, {2: "LA"}.get(len(color))).save(tmp_path / "quarters.png")
+    path = usd.write(tmp_path, [model.base()])
+    reader = READER.replace("outputs:rgb", f"outputs:{output}").replace("float3", "float")
+    text = path.read_text().replace('        def Shader "S"\n', reader)
+    connected = f"inputs:opacity.connect = </ShelfLight/Brass/T.outputs:{output}>"
+    path.write_text(text.replace("inputs:opacity = 1.0", connected))
+    (part,) = read_usd(path).parts
+    assert isinstance(part.material, Material)
+    found = part.material.opacity
+    value = found.linear.mean() if isinstance(found, Picture) else found
+    assert value == pytest.approx(expected, abs=1e-3)
+
+
 def test_texture_coordinates_by_the_name_and_transform_that_are_said(tmp_path: Path) -> None:
     quarters = 255 * np.array([[(1, 0, 0), (0, 1, 0)], [(0, 0, 1), (1, 1, 1)]], np.uint8)
     Image.fromarray(quarters).save(tmp_path / "quarters.png")

@@ -177,6 +177,16 @@ def test_faults_in_the_arguments(
     assert message in fault([str(scene), "--output", str(output), *change], capsys)
 
 
+@pytest.mark.parametrize("seed", ["-1", "4294967296"])
+def test_a_seed_is_checked_before_anything_is_drawn(
+    scene: Path, seed: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    output = scene.with_name("out.exr")
+    with pytest.raises(SystemExit, match="2"):
+        main([str(scene), "--output", str(output), "--aovs", "--seed", seed])
+    assert "--seed" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(("name", "message"), [("none.xml", "no such file"), ("a.txt", ".xml")])
 def test_faults_in_the_name_of_the_scene(
     tmp_path: Path, name: str, message: str, capsys: pytest.CaptureFixture[str]

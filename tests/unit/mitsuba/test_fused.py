@@ -316,6 +316,20 @@ def test_matrix_product_and_scaled_layer(inputs: int) -> None:
     check(nodes, (7,), m=matrix, w=weight, b=bias)
 
 
+def test_a_layer_of_one_number_is_added_to_all_of_another() -> None:
+    rng = np.random.default_rng(5)
+    constants = {"w": rng.normal(size=(16, 6)), "b": rng.normal(size=16),
+                 "w1": rng.normal(size=(1, 6)), "b1": rng.normal(size=1)}  # fmt: skip
+    nodes = [
+        node("Concat", "x y", "c", axis=1),
+        node("Gemm", "c w b", "many", transB=1),
+        node("Gemm", "c w1 b1", "one", transB=1),
+        node("Add", "many one", "s"),
+        node("Add", "one s", "z"),
+    ]
+    check(nodes, (16,), **{name: array.astype(np.float32) for name, array in constants.items()})
+
+
 def test_outputs_that_nobody_uses_are_not_computed() -> None:
     """Of a wide layer, only the blocks that are asked for get into the kernel."""
     nodes, constants = layers([256], np.random.default_rng(4))

@@ -37,12 +37,13 @@ def read_usd(path: Path) -> Lamp:
 
     opened = stage.open_stage(path)
     _only_beside(opened, path)
-    values, builder = Values(Usd.TimeCode.EarliestTime()), Builder()
-    materials = Materials(values, builder.notes, path)
+    builder = Builder()
 
     def note(prim: Any, text: str) -> None:
         builder.notes(text, prim.GetName())
 
+    values = Values(Usd.TimeCode.EarliestTime(), note)
+    materials = Materials(values, builder.notes, path)
     for number, shown in enumerate(Walk(opened, values.time, note)):
         if number > limits.NODES:
             raise PureLightError(f"{path}: more than {limits.NODES:,} prims; export the lamp alone")

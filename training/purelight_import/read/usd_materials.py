@@ -13,10 +13,9 @@ from purelight_import.model.material import BLACK, RGB, WHITE, Color, Material, 
 from purelight_import.model.notes import Notes
 from purelight_import.model.picture import Picture
 from purelight_import.read.usd_textures import Textures
-from purelight_mitsuba.usd_scene.shader_inputs import uv_name, value
+from purelight_mitsuba.usd_scene.shader_inputs import CHANNELS, uv_name, value
 from purelight_mitsuba.usd_scene.values import Values
 
-CHANNELS = {"r": 0, "g": 1, "b": 2, "a": 3}
 PLAIN = 0.18
 # What the shaders call the words of `Material`
 PREVIEW = {"base": "diffuseColor", "metal": "metallic", "rough": "roughness", "ior": "ior",
@@ -82,7 +81,7 @@ class Materials:
         return self.made[key]
 
     def _plain(self, name: str, prim: Any) -> Material:
-        found = self.values.primvar(prim, "displayColor")
+        found = self.values.primvar(prim, "displayColor", 3)
         r, g, b = [PLAIN] * 3 if found is None or not len(found[0]) else found[0].mean(0).tolist()
         return Material(name, (r, g, b), 0.0, 1.0, specular=0.0)
 
@@ -186,7 +185,10 @@ class _Shader:
         found = self._texture(key, srgb=False)
         if found is not None:
             picture, output = found
-            return picture.channels(CHANNELS.get(output, 0))
+            names = CHANNELS[picture.pixels.shape[2]]
+            if output == "a" and "a" not in names:
+                return 1.0
+            return picture.channels(max(names.find(output), 0))
         return self.number(key, default)
 
     def color(self, key: str, default: RGB) -> Color:

@@ -338,9 +338,10 @@ def _places(emitters: Sequence[PureLightEmitter], luminaires: list[Luminaire]) -
 
 def _bits(centres: np.ndarray, radii: np.ndarray) -> np.ndarray:
     """Numbers the lamps whose bounding spheres meet another's; -1 for the others."""
-    distance = np.linalg.norm(centres[:, None] - centres[None], axis=-1)
-    meets = (distance <= 1.001 * (radii[:, None] + radii[None])) & ~np.eye(len(radii), dtype=bool)
-    overlapping = meets.any(1)
+    overlapping = np.zeros(len(radii), bool)
+    for lamp, (centre, radius) in enumerate(zip(centres, radii, strict=True)):
+        meets = np.linalg.norm(centres - centre, axis=1) <= 1.001 * (radii + radius)
+        overlapping[lamp] = meets.sum() > 1  # It meets itself
     if overlapping.sum() > OVERLAPPING:
         raise PureLightError(
             f"{overlapping.sum()} lamps have overlapping bounding spheres, but at most "

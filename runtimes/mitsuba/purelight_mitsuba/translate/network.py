@@ -124,7 +124,7 @@ def _scalar(op: str, attributes: dict[str, Any]) -> Callable[..., Any]:
         if all(isinstance(value, nn.CoopVec) for value in values):
             if op == "Relu":
                 return dr.maximum(values[0], 0)
-            if op == "Add":
+            if op == "Add" and len(values[0]) == len(values[1]):
                 return values[0] + values[1]
         return operator(*(None if value is None else columns(value) for value in values))
 

@@ -46,22 +46,28 @@ def sensor(
         raise PureLightError(f"{prim.GetPath()}: the camera's place is not finite")
     if str(values.get(prim, "projection", "perspective")) != "perspective":
         note(prim, "orthographic projection is not supported; rendered in perspective")
+    film = _film(settings, wide / high, pixel_filter)
+    keeps_width, (wide, high) = _conformed(settings, wide, high, film["width"] / film["height"])
+    if settings and settings.GetPixelAspectRatioAttr().Get() != 1:
+        note(settings.GetPrim(), "pixels that are not square were rendered square")
     near, far = values.get(prim, "clippingRange", (1.0, 1e6))
     result = {
         "type": "perspective",
         "to_world": _to_world(values.to_world(prim)),
-        "fov": math.degrees(2 * math.atan(wide / (2 * focal))),
-        "fov_axis": "x",
+        "fov": math.degrees(2 * math.atan((wide if keeps_width else high) / (2 * focal))),
+        "fov_axis": "x" if keeps_width else "y",
         "near_clip": max(float(near), 1e-6 * float(far)),
         "far_clip": float(far),
         "principal_point_offset_x": values.number(prim, "horizontalApertureOffset", 0) / wide,
         "principal_point_offset_y": -values.number(prim, "verticalApertureOffset", 0) / high,
-        "film": _film(settings, wide / high, pixel_filter),
+        "film": film,
         "sampler": {"type": "independent", "sample_count": SAMPLES},
     }
     stop, distance = (values.number(prim, name, 0.0) for name in ("fStop", "focusDistance"))
     if stop > 0 and distance > 0:
-        del result["principal_point_offset_x"], result["principal_point_offset_y"]
+        shift = [result.pop(f"principal_point_offset_{axis}") for axis in "xy"]
+        if any(shift):
+            note(prim, "a shifted lens is not supported with depth of field; rendered unshifted")
         result["type"] = "thinlens"
         result["aperture_radius"] = TENTHS * focal / (2 * stop)
         result["focus_distance"] = distance
@@ -91,11 +97,28 @@ def _to_world(at: np.ndarray) -> Any:
     return mi.ScalarTransform4f(np.ascontiguousarray(rigid(at) @ turn))
 
 
+def _conformed(
+    settings: Any, wide: float, high: float, aspect: float
+) -> tuple[bool, tuple[float, float]]:
+    """An aperture of the picture's aspect, by `aspectRatioConformPolicy`: expanded by default.
+
+    Returns:
+        Whether its width is kept, and its width and height.
+    """
+    policy = str(settings.GetAspectRatioConformPolicyAttr().Get()) if settings else ""
+    fixed = {"adjustApertureWidth": False, "adjustApertureHeight": True,
+             "cropAperture": aspect >= wide / high}  # fmt: skip
+    keeps_width = fixed.get(policy, aspect <= wide / high)
+    return keeps_width, (wide, wide / aspect) if keeps_width else (high * aspect, high)
+
+
 def _film(settings: Any, aspect: float, pixel_filter: str) -> dict[str, Any]:
     """A film with the render settings' resolution, or one of 960 pixels' width."""
     width, height = WIDTH, max(round(WIDTH / aspect), 1)
     if settings and settings.GetResolutionAttr().HasAuthoredValue():
         width, height = (int(n) for n in settings.GetResolutionAttr().Get())
+    if width < 1 or height < 1:
+        raise PureLightError(f"{settings.GetPath()}: the resolution must be at least 1 x 1")
     return {
         "type": "hdrfilm", "width": width, "height": height, "rfilter": {"type": pixel_filter},
         "pixel_format": "rgb", "component_format": "float32",

@@ -11,13 +11,14 @@ import mitsuba as mi
 import numpy as np
 
 from purelight_mitsuba.usd_scene.shaping import shaping
-from purelight_mitsuba.usd_scene.values import Values, rigid, scales
+from purelight_mitsuba.usd_scene.values import Values, rigid, scales, upright
 
 KINDS = (
     "SphereLight", "DiskLight", "RectLight", "CylinderLight", "DistantLight", "DomeLight",
     "DomeLight_1",
 )  # fmt: skip
 FLAT = ("disk", "rectangle")
+AROUND = ("constant", "envmap")
 Note = Callable[[Any, str], None]
 
 
@@ -94,7 +95,7 @@ def _sphere(prim: Any, values: Values, note: Note) -> dict[str, Any]:
     if values.get(prim, "treatAsPoint", False) or radius <= 0:
         note(prim, "a light of no size was rendered as a small sphere of 1 mm")
         radius = 1e-3
-    place = rigid(at) @ np.diag([radius, radius, radius, 1])
+    place = upright(at) @ np.diag([radius, radius, radius, 1])
     return _area_light(prim, values, note, "sphere", place, 4 * math.pi * radius**2)
 
 
@@ -128,7 +129,7 @@ def _cylinder(prim: Any, values: Values, note: Note) -> dict[str, Any]:
     local = np.array([[0, 0, length, -length / 2], [radius, 0, 0, 0], [0, radius, 0, 0],
                       [0, 0, 0, 1.0]])  # fmt: skip
     area = 2 * math.pi * radius * length
-    return _area_light(prim, values, note, "cylinder", rigid(at) @ local, area)
+    return _area_light(prim, values, note, "cylinder", upright(at) @ local, area)
 
 
 def _distant(prim: Any, values: Values, note: Note) -> dict[str, Any]:
@@ -172,6 +173,19 @@ def _dome(prim: Any, values: Values, note: Note) -> dict[str, Any]:
         "bitmap": mi.Bitmap(np.ascontiguousarray(pixels)),
         "to_world": mi.ScalarTransform4f(np.ascontiguousarray(at)),
     }
+
+
+def together(first: dict[str, Any] | None, second: dict[str, Any]) -> dict[str, Any] | None:
+    """One emitter of two of `AROUND`; None for two pictures, which may be turned."""
+    if first is None:
+        return second
+    plain, other = sorted((first, second), key=lambda light: light["type"])
+    if plain["type"] == "envmap":
+        return None
+    color = np.array(plain["radiance"]["value"], np.float32)
+    if other["type"] == "constant":
+        return plain | {"radiance": _rgb(color + np.array(other["radiance"]["value"]))}
+    return other | {"bitmap": mi.Bitmap(np.array(other["bitmap"]) + color)}
 
 
 def _z_up(prim: Any) -> bool:

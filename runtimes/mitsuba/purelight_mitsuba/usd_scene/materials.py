@@ -87,7 +87,7 @@ class Materials:
 
     def _plain(self, prim: Any) -> Look:
         """A diffuse surface in the prim's display colour."""
-        found = self.values.primvar(prim, "displayColor")
+        found = self.values.primvar(prim, "displayColor", 3)
         color = [PLAIN] * 3 if found is None or not len(found[0]) else found[0].mean(0).tolist()
         cut = within(color).tolist()
         if cut != color:

@@ -56,21 +56,18 @@ def polygons(prim: Any, values: Values, uv_name: str) -> Polygons | None:
         return None
     face, corner = np.repeat(np.arange(len(counts)), counts), np.arange(len(vertex))
     normal = at_corners(_normals(prim, values), corner, vertex, face)
-    found = values.primvar(prim, uv_name)
+    found = values.primvar(prim, uv_name, 2)
     uv = at_corners(found, corner, vertex, face)
-    if uv is None or uv.ndim != 2 or uv.shape[1] != 2:
-        uv, found = None, None
-    return Polygons(
-        counts, vertex, position, np.arange(len(counts)), normal, uv, found[1] if found else ""
-    )
+    rule = found[1] if found and uv is not None else ""
+    return Polygons(counts, vertex, position, np.arange(len(counts)), normal, uv, rule)
 
 
 def _normals(prim: Any, values: Values) -> tuple[np.ndarray, str] | None:
     """Authored normals, as a primvar or as the mesh's attribute."""
     from pxr import UsdGeom
 
-    found = values.primvar(prim, "normals")
-    raw = values.get(prim, "normals")
-    if found is None and raw is not None and len(raw):
-        found = np.asarray(raw, np.float32), str(UsdGeom.Mesh(prim).GetNormalsInterpolation())
+    found = values.primvar(prim, "normals", 3)
+    raw = np.asarray(values.get(prim, "normals", []), np.float32)
+    if found is None and len(raw):
+        found = raw.reshape(-1, 3), str(UsdGeom.Mesh(prim).GetNormalsInterpolation())
     return found

@@ -74,7 +74,7 @@ class PreviewSurface:
         for name in IGNORED:
             if shader.GetInput(name) and shader.GetInput(name).HasConnectedSource():
                 self.note(shader.GetPrim(), f"{name} map is not supported and was ignored")
-        inner, opacity = self._principled(), self._input("opacity", 1.0)
+        inner, opacity = self._principled(), self._opacity()
         emissive = self._input("emissiveColor", DARK, most=np.inf)
         radiance = None if emissive == rgb(DARK) else emissive
         plain, mirrored = (self._normal_map(inner, mirrored=m) for m in (False, True))
@@ -96,6 +96,16 @@ class PreviewSurface:
             "clearcoat": self._input("clearcoat", 0.0),
             "clearcoat_gloss": 1 - self._number("clearcoatRoughness", 0.01),
         }
+
+    def _opacity(self) -> Any:
+        """All or nothing about a threshold, where there is one."""
+        opacity, threshold = self._input("opacity", 1.0), self._number("opacityThreshold", 0.0)
+        if threshold <= 0:
+            return opacity
+        if isinstance(opacity, float):
+            return float(opacity >= threshold)
+        whole = np.array(opacity["bitmap"], np.float32) >= threshold
+        return opacity | {"bitmap": mi.Bitmap(whole.astype(np.float32))}
 
     def _normal_map(self, inner: dict[str, Any], *, mirrored: bool) -> dict[str, Any] | None:
         """The surface under its normal map; None where it has none."""

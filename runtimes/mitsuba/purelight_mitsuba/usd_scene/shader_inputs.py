@@ -11,13 +11,14 @@ from numpy.typing import NDArray
 
 from purelight_mitsuba.usd_scene.values import Values
 
+CHANNELS = {1: "r", 2: "ra", 3: "rgb", 4: "rgba"}  # By their number; grey is all colours
+
 
 def value(shader: Any, name: str, default: Any, values: Values) -> Any:
     """An input's value, followed through the material's interface but not through shaders."""
     source = shader.GetInput(name)
     attributes = source.GetValueProducingAttributes() if source else []
-    found = attributes[0].Get(values.time) if attributes else None
-    return default if found is None else found
+    return values.of(attributes[0] if attributes else None, default)
 
 
 def connected(shader: Any, name: str) -> tuple[Any, str] | None:
@@ -70,6 +71,11 @@ def uv_transform(texture: Any, values: Values) -> NDArray[np.float64]:
 
 
 def wrap_mode(texture: Any, values: Values) -> str:
-    """How a `UsdUVTexture` goes on, as Mitsuba calls it."""
-    wrap = str(value(texture, "wrapS", "useMetadata", values))
-    return {"clamp": "clamp", "mirror": "mirror"}.get(wrap, "repeat")
+    """How a `UsdUVTexture` goes on, as Mitsuba calls it; what it has no word for is noted."""
+    along = [str(value(texture, f"wrap{side}", "useMetadata", values)) for side in "ST"]
+    modes = [{"clamp": "clamp", "mirror": "mirror"}.get(wrap, "repeat") for wrap in along]
+    if "black" in along:
+        values.note(texture.GetPrim(), "a picture with black around it; repeated instead")
+    if modes[0] != modes[1]:
+        values.note(texture.GetPrim(), f"goes on by {along[0]} along both axes, not {along[1]}")
+    return modes[0]

@@ -57,19 +57,20 @@ class _Reader:
     cycles, and Mitsuba's calls of all emitters fail at one whose shape is gone.
     """
 
-    values: Values
+    time: Any
     path: Path
     parts: dict[str, Any] = field(default_factory=lambda: {"type": "scene"})
     note: _Notes = field(default_factory=_Notes)
 
     def __post_init__(self) -> None:
+        self.values = Values(self.time, self.note)
         self._materials = Materials(self.values, self.note)
         self._meshes = Meshes(self._materials)
 
     def add(self, shown: Shown) -> None:
         """Adds what a prim shows, by its type."""
         kind = str(shown.prim.GetTypeName())
-        for lamp in luminaires_of(shown, self.values.time):
+        for lamp in luminaires_of(shown, self.time):
             self._put("lamp", _luminaire(lamp, self.path))
         if kind in shapes.KINDS:
             parts: Iterator[Any] = self._shapes(shown)
@@ -96,7 +97,19 @@ class _Reader:
     def _lights(self, shown: Shown) -> Iterator[Any]:
         for place in shown.places:
             values = self.values.within(shown.space, place)
-            yield from lights.light(shown.prim, values, self.note)
+            for light in lights.light(shown.prim, values, self.note):
+                if light["type"] in lights.AROUND:
+                    self._surround(shown.prim, light)
+                else:
+                    yield light
+
+    def _surround(self, prim: Any, light: dict[str, Any]) -> None:
+        """Adds light from all around, of which Mitsuba has one emitter."""
+        both = lights.together(self.parts.get("around"), light)
+        if both is None:
+            self.note(prim, "a second dome light with a texture; left out")
+        else:
+            self.parts["around"] = both
 
 
 @reading()
@@ -122,7 +135,7 @@ def load_usd(
     from pxr import Usd
 
     time = Usd.TimeCode.EarliestTime() if frame is None else Usd.TimeCode(frame)
-    reader = _Reader(Values(time), path)
+    reader = _Reader(time, path)
     for shown in Walk(stage, time, reader.note):
         reader.add(shown)
     reader.parts["sensor"] = camera.sensor(

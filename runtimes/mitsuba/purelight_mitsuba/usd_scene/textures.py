@@ -10,10 +10,16 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-from purelight_mitsuba.usd_scene.shader_inputs import upstream, uv_transform, value, wrap_mode
+from purelight_mitsuba.usd_scene.shader_inputs import (
+    CHANNELS,
+    upstream,
+    uv_transform,
+    value,
+    wrap_mode,
+)
 from purelight_mitsuba.usd_scene.values import Values, within
 
-CHANNELS = {"r": 0, "g": 1, "b": 2, "a": 3}
+SCALE_BIAS = (("scale", (1.0,) * 4), ("bias", (0.0,) * 4))
 DECODED = (2.0, 2.0, 2.0, 1.0), (-1.0, -1.0, -1.0, 0.0)  # Scale and bias of normal maps.
 
 
@@ -37,8 +43,11 @@ class Textures:
         pixels = self._pixels(reader)
         if pixels is None:
             return None
-        channel = min(CHANNELS.get(output, 0), pixels.shape[-1] - 1)
-        bitmap = self._bitmap(reader, within(pixels[..., [channel]]))
+        names = CHANNELS[pixels.shape[-1]]
+        if output == "a" and "a" not in names:
+            opaque = sum(value(reader, n, d, self.values)[3] for n, d in SCALE_BIAS)
+            return float(within(opaque))
+        bitmap = self._bitmap(reader, within(pixels[..., [max(names.find(output), 0)]]))
         return self._at_fallback(reader, bitmap)[0] if self.flat else bitmap
 
     def color(self, reader: Any, most: float = 1.0) -> dict[str, Any] | None:
@@ -81,8 +90,7 @@ class Textures:
         if found == [None, None]:
             self.note(reader.GetPrim(), "a normal map without scale and bias, read as 2 x - 1")
             return DECODED
-        defaults = ((1.0,) * 4, (0.0,) * 4)
-        scale, bias = (d if f is None else f for f, d in zip(found, defaults, strict=True))
+        scale, bias = (d if f is None else f for f, (_, d) in zip(found, SCALE_BIAS, strict=True))
         return scale, bias
 
     def _pixels(
@@ -99,16 +107,13 @@ class Textures:
             self.note(reader.GetPrim(), f"texture {asset} cannot be read; ignored")
             return None
         space = str(value(reader, "sourceColorSpace", "auto", self.values))
-        linear = raw or space == "raw" or (space == "auto" and not bitmap.srgb_gamma())
-        bitmap.set_srgb_gamma(not linear)
+        coded = {"raw": False, "sRGB": True}.get(space, _coded(bitmap))
+        bitmap.set_srgb_gamma(coded and not raw)
         flat = bitmap.convert(component_format=mi.Struct.Type.Float32, srgb_gamma=False)
-        pixels = np.atleast_3d(np.array(flat))
-        if scale_bias is None:
-            defaults = (("scale", (1.0,) * 4), ("bias", (0.0,) * 4))
-            scale, bias = (value(reader, n, d, self.values) for n, d in defaults)
-        else:
-            scale, bias = scale_bias
-        scale, bias = (np.asarray(a, np.float32)[: pixels.shape[-1]] for a in (scale, bias))
+        pixels = np.atleast_3d(np.array(flat))[..., :4]
+        found = scale_bias or [value(reader, n, d, self.values) for n, d in SCALE_BIAS]
+        own = ["rgba".index(name) for name in CHANNELS[pixels.shape[-1]]]
+        scale, bias = (np.asarray(a, np.float32)[own] for a in found)
         return pixels * scale + bias
 
     def _bitmap(self, reader: Any, pixels: np.ndarray) -> dict[str, Any]:
@@ -119,6 +124,12 @@ class Textures:
         return {"type": "bitmap", "bitmap": mi.Bitmap(data), "raw": True,
                 "wrap_mode": wrap_mode(reader, self.values),
                 "to_uv": mi.ScalarTransform4f(matrix)}  # fmt: skip
+
+
+def _coded(bitmap: mi.Bitmap) -> bool:
+    """Whether a picture of which no colour space is stated is sRGB: a colour one of 8 bits."""
+    eight = bitmap.component_format() == mi.Struct.Type.UInt8
+    return bool(eight and bitmap.channel_count() > 2 and bitmap.srgb_gamma())
 
 
 def _three(pixels: np.ndarray) -> np.ndarray:
