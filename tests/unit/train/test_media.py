@@ -62,11 +62,19 @@ def emitted() -> np.ndarray:
     return 4 * math.pi**2 * BULB**2 * np.array([3.0, 2.0, 1.0])
 
 
-def test_absorption_follows_beers_law(mitsuba: Any) -> None:
-    """Exact where nothing is scattered: one weight a path, no path lost."""
+@pytest.mark.parametrize("stated", [True, False])
+def test_absorption_follows_beers_law(stated: bool, mitsuba: Any) -> None:
+    """Exact where nothing is scattered: one weight a path, no path lost.
+
+    A bulb that is cast in stands in what is around it, whether the scene says so or not.
+    """
     from purelight_train.light.light_tracing import trace_records
 
-    scene = mitsuba.load_dict({"type": "scene", **ball(medium(0.0))})
+    parts = ball(medium(0.0))
+    if not stated:
+        del parts["bulb"]["exterior"]
+        parts["cap"] = {"type": "disk", "to_world": mitsuba.ScalarTransform4f().scale(0.01 * BULB)}
+    scene = mitsuba.load_dict({"type": "scene", **parts})
     records = trace_records(scene, 1, 0)
     sine2 = (np.arange(4000) + 0.5) / 4000  # uniform in sin², as Lambert's cosine is
     length = np.sqrt(RADIUS**2 - BULB**2 * sine2) - BULB * np.sqrt(1 - sine2)

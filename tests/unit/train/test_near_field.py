@@ -108,6 +108,39 @@ def test_light_inside_of_glass_is_no_crossing(mitsuba: Any, tmp_path: Any) -> No
     assert (np.einsum("nd,nd->n", stays.normal, stays.direction) > 0).all()
 
 
+OPAL = """<scene version="3.0.0">
+  <shape type="sphere"><float name="radius" value="0.1"/><bsdf type="dielectric"/>{milk}</shape>
+  <shape type="sphere"><float name="radius" value="0.09"/>
+    <boolean name="flip_normals" value="true"/><bsdf type="dielectric"/>{milk}</shape>
+  <shape type="sphere"><float name="radius" value="0.02"/>
+    <emitter type="area"><rgb name="radiance" value="9"/></emitter></shape>
+  <shape type="sphere"><point name="center" x="0.2" y="0" z="0"/><float name="radius" value="0.02"/>
+    <bsdf type="diffuse"><rgb name="reflectance" value="0"/></bsdf></shape>
+</scene>"""
+MILK = """<medium type="homogeneous" name="interior"><float name="scale" value="{scale}"/>
+  <rgb name="sigma_t" value="1"/><rgb name="albedo" value="1"/></medium>"""
+
+
+@pytest.mark.parametrize("scale", [0, 300])
+def test_light_that_turns_within_milky_glass_is_no_crossing(
+    scale: float, mitsuba: Any, tmp_path: Any
+) -> None:
+    """It has not left the glass where it last met it."""
+    from purelight_train.light.luminaire import load_luminaire
+
+    path = tmp_path / "opal.xml"
+    path.write_text(OPAL.format(milk=MILK.format(scale=scale) if scale else ""))
+    luminaire = load_luminaire(path)
+    surface = luminaire.exit_surface
+    seen, _ = crossings(luminaire)
+    lifted = seen.position + 1e-4 * surface.sphere.radius * seen.normal
+    free = np.ones(len(seen), bool)
+    free[surface.intersect(lifted, seen.direction).index] = False
+    power = seen.weight[:, 0]
+    assert (~seen.escaped).any()
+    assert power[free].sum() == pytest.approx(power[seen.escaped].sum(), rel=0.01)
+
+
 def test_points_between_learn_the_light_they_see(plates: Any, mitsuba: Any) -> None:
     """A small student knows the lower square's light upwards, which never escapes, and the upper's.
 

@@ -6,8 +6,13 @@ from dataclasses import dataclass
 
 import drjit as dr
 import mitsuba as mi
+import numpy as np
+
+from purelight_train.light.rays import leave, scene_extent
 
 FARTHEST = 1e30
+SURFACES = 64  # that are looked through for the one that bounds a medium
+RAYS = 33  # of each emitter that are asked which medium it stands in
 
 
 @dataclass(frozen=True)
@@ -61,6 +66,8 @@ class Media:
         for i, medium in zip(index, found, strict=False):
             table[i] = medium.is_homogeneous() and not (scattering and _scatters(medium))
         self.closed_form = mi.Bool(table)
+        lit = self.present and scene.emitters()
+        self._around = _surroundings(scene) if lit else mi.UInt32(0)
 
     def behind(
         self, si: mi.SurfaceInteraction3f, direction: mi.Vector3f, medium: mi.MediumPtr,
@@ -72,11 +79,14 @@ class Media:
         return dr.select(active & si.is_medium_transition(), si.target_medium(direction), medium)
 
     def around(self, emitter: mi.EmitterPtr, shape: mi.ShapePtr) -> mi.MediumPtr:
-        """The medium that emitters, or their shapes, shine into."""
+        """The medium that emitters shine into: that they or their shapes state, or stand in."""
+        nothing = dr.zeros(mi.MediumPtr)
         if not self.present:
-            return dr.zeros(mi.MediumPtr)
-        own, nothing = emitter.get_medium(), dr.zeros(mi.MediumPtr)
-        return dr.select(own != nothing, own, shape.exterior_medium())
+            return nothing
+        own, stated = emitter.get_medium(), shape.exterior_medium()
+        index = dr.gather(mi.UInt32, self._around, dr.reinterpret_array(mi.UInt32, emitter))
+        found = dr.select(stated != nothing, stated, dr.reinterpret_array(mi.MediumPtr, index))
+        return dr.select(own != nothing, own, found)
 
     def fly(
         self, medium: mi.MediumPtr, ray: mi.Ray3f, distance: mi.Float, weight: mi.Color3f,
@@ -127,6 +137,46 @@ class Media:
         )
         turned = dr.select(scattered, direction, -mei.wi)
         return Collision(turned, dr.select(scattered, weight * value, weight), scattered)
+
+
+def _surroundings(scene: mi.Scene) -> mi.UInt32:
+    """By an emitter's registry index, the index of the medium that its shape stands in.
+
+    Paths from a camera end at emitters, and need not know; so scenes seldom state it. Most of the
+    rays that leave the shape meet the boundary of that medium from within, if there is one.
+    """
+    emitters = scene.emitters_dr()
+    number = dr.reinterpret_array(mi.UInt32, emitters)
+    which = dr.tile(number, RAYS)
+    shape = dr.reinterpret_array(mi.EmitterPtr, which).get_shape()
+    sampler = mi.load_dict({"type": "independent"})
+    sampler.seed(0, dr.width(which))
+    start = shape.sample_position(0, sampler.next_2d())
+    turned = mi.Frame3f(start.n).to_world(mi.warp.square_to_cosine_hemisphere(sampler.next_2d()))
+    medium = _ahead(scene, start, turned, shape != dr.zeros(mi.ShapePtr))
+    votes = np.array(medium).reshape(RAYS, -1)
+    table = np.zeros(int(np.array(number).max()) + 1, np.uint32)
+    table[np.array(number)] = [np.bincount(column).argmax() for column in votes.T]
+    return mi.UInt32(table)
+
+
+def _ahead(
+    scene: mi.Scene, start: mi.PositionSample3f, direction: mi.Vector3f, active: mi.Bool
+) -> mi.UInt32:
+    """The index of the medium on this side of the first boundary that rays meet, or zero."""
+    extent, result = scene_extent(scene), mi.UInt32(0)
+    ray = leave(start.p, start.n, direction, extent)
+    for _ in range(SURFACES):
+        si = scene.ray_intersect(ray, mi.RayFlags.All, coherent=False, active=active)
+        active &= si.is_valid()
+        boundary = active & si.is_medium_transition()
+        near = dr.reinterpret_array(mi.UInt32, si.target_medium(-direction))
+        result = dr.select(boundary, near, result)
+        active &= ~boundary
+        if not dr.any(active):
+            break
+        ray = leave(si.p, si.n, direction, extent)
+    return result
 
 
 def _media(scene: mi.Scene) -> list[mi.Medium | None]:
