@@ -21,7 +21,6 @@ from purelight_import.options import AUTO, Options
 from purelight_import.parts import emitters
 from purelight_import.parts.choice import LISTED, Named, chosen
 from purelight_import.parts.coordinates import placeable
-from purelight_import.parts.emitting_sides import facing_out
 from purelight_import.parts.glass import settled
 from purelight_import.parts.merging import merged
 from purelight_import.parts.placing import placed
@@ -75,7 +74,7 @@ def read_lamp(path: str | Path, options: Options | None = None) -> tuple[Lamp, t
         lamp.notes(line)
     lamp = with_size(lamp)
     lamp = settled(lamp, dict(_glass(options)))
-    lamp = facing_out(lamp_lit(lamp, options))
+    lamp = lamp_lit(lamp, options)
     for part in lamp.parts:
         if isinstance(part.material, Material) and part.material.cut:
             lamp.notes(CUT, part.name)

@@ -19,7 +19,6 @@ from purelight_import.model.mesh import Mesh
 from purelight_import.model.picture import Picture
 from purelight_import.options import Options
 from purelight_import.parts.emitters import Choice, flux, parse
-from purelight_import.parts.emitting_sides import facing_out
 from purelight_import.parts.room_parts import room_lines
 from tests.support.lamp_files import glb, model
 
@@ -151,7 +150,7 @@ def turned(made: trimesh.Trimesh) -> trimesh.Trimesh:
 def test_bodies_that_shone_inwards_are_turned() -> None:
     glow = (1.0, 1.0, 1.0)
     for made in (model.ball(0.02), turned(model.ball(0.02))):
-        (found,) = facing_out(lamp(part("Bulb", made, radiance=glow))).parts
+        (found,) = lamp_lit(lamp(part("Bulb", made, radiance=glow)), Options()).parts
         outward = np.einsum("td,td->t", found.mesh.cross, found.mesh.corners.mean(1))
         assert (outward > 0).all()
 
@@ -160,9 +159,8 @@ def test_an_open_bulb_shines_outwards() -> None:
     half = model.ball(0.02)
     half.update_faces(half.triangles_center[:, 2] < 0.012)
     for made in (half, turned(half)):
-        (found,) = facing_out(
-            lamp(part("Bulb", made, radiance=(1.0,) * 3, double_sided=True))
-        ).parts
+        bulb = part("Bulb", made, radiance=(1.0,) * 3, double_sided=True)
+        (found,) = lamp_lit(lamp(bulb), Options()).parts
         outward = np.einsum("td,td->t", found.mesh.cross, found.mesh.corners.mean(1))
         assert (outward > 0).all()
 
@@ -171,7 +169,8 @@ def test_a_panel_shines_from_the_side_that_is_not_covered() -> None:
     housing = part("Housing", model.box((0.2, 0.2, 0.02), (0, 0, 0.0101)))
     for made in (sheet(0), turned(sheet(0))):
         panel = part("Panel", made, radiance=(1.0,) * 3, double_sided=True)
-        (found,) = (p for p in facing_out(lamp(panel, housing)).parts if p.radiance is not None)
+        lit = lamp_lit(lamp(panel, housing), Options())
+        (found,) = (p for p in lit.parts if p.radiance is not None)
         assert (found.mesh.cross[:, 2] < 0).all()
 
 
@@ -179,9 +178,57 @@ def test_a_sheet_of_one_side_is_turned_to_the_open() -> None:
     can = trimesh.creation.cylinder(radius=0.06, height=0.2)
     can.update_faces(can.triangles_center[:, 2] > -0.09)  # open below
     panel = part("Panel", sheet(-0.08), radiance=(1.0,) * 3)
-    found = facing_out(lamp(panel, part("Can", can)))
+    found = lamp_lit(lamp(panel, part("Can", can)), Options())
     assert (found.parts[0].mesh.cross[:, 2] < 0).all()
     assert any("turned" in line for line in found.notes.lines())
+
+
+@pytest.mark.parametrize(
+    "options", [Options(emitters=("Panel=800lm",)), Options(lumens=800), Options()]
+)
+def test_lumens_are_those_of_both_sides(options: Options) -> None:
+    panel = part("Panel", sheet(0), radiance=(1.0,) * 3, double_sided=True)
+    found = given(lamp_lit(lamp(panel), options))
+    total = 800 if options.lumens or options.emitters else 683 * 2 * np.pi * panel.mesh.area
+    assert found == pytest.approx({"Panel": total / 2, "Panel_back": total / 2}, rel=1e-3)
+
+
+def test_lumens_are_shared_by_the_sides_that_shine() -> None:
+    """A sheet that shines to both sides gets as much as two that shine to one."""
+    both = part("Both", sheet(0), radiance=(1.0,) * 3, double_sided=True)
+    bulb = part("Bulb", model.ball(0.02), radiance=(1.0,) * 3)
+    found = given(lamp_lit(lamp(both, bulb), Options(lumens=100)))
+    assert found["Both"] == pytest.approx(found["Both_back"])
+    ratio = both.mesh.area / bulb.mesh.area
+    assert found["Both"] == pytest.approx(ratio * found["Bulb"], rel=1e-3)
+    assert sum(found.values()) == pytest.approx(100)
+
+
+@pytest.mark.parametrize("size", [1, 2, 4])
+def test_what_is_not_there_emits_nothing(size: int) -> None:
+    """A quarter of the sheet is there; a picture of its light is brighter in that quarter."""
+    square, uv = mesh(sheet(0)), np.array([[0.0, 0], [1, 0], [1, 1], [0, 1]])
+    there = np.zeros((4, 4, 1), np.float32)
+    there[:2, :2] = 1
+    lies = {"mesh": replace(square, uv=uv), "material": Material(opacity=Picture("a", there))}
+    bright = np.ones((size, size, 3), np.float32)
+    bright[: size // 2, : size // 2] = 3
+    for radiance, level in (((1.0,) * 3, 1), (Picture("p", bright), 1 if size == 1 else 3)):
+        sign = replace(part("Sign", sheet(0), radiance=radiance), **lies)
+        found = given(lamp_lit(lamp(sign), Options()))
+        expected = 683 * np.pi * square.area * level / 4
+        assert found["Sign"] == pytest.approx(expected, rel=0.03)
+
+
+def test_alpha_that_lies_otherwise_dims_by_its_mean() -> None:
+    half = np.array([[[1.0], [0.0]]], np.float32)
+    turned = np.array([[0.0, 1, 0], [1, 0, 0], [0, 0, 1]])
+    alpha = Picture("a", half, to_uv=turned)
+    glow = Picture("p", np.ones((2, 2, 3), np.float32))
+    sign = replace(part("Sign", sheet(0), radiance=glow), material=Material(opacity=alpha))
+    found = lamp_lit(lamp(sign), Options())
+    assert given(found)["Sign"] == pytest.approx(683 * np.pi * sign.mesh.area / 2)
+    assert any("mean of its alpha" in line for line in found.notes.lines())
 
 
 def test_floors_and_cables_are_noticed() -> None:

@@ -13,6 +13,7 @@ from PIL import Image
 
 from purelight_import.formats import read
 from purelight_import.importing import read_lamp
+from purelight_import.model.frame import Frame
 from purelight_import.model.lamp import Lamp, Part
 from purelight_import.model.material import Material
 from purelight_import.model.picture import Picture
@@ -133,6 +134,8 @@ def test_glass_in_all_its_words(tmp_path: Path) -> None:
     glass = material_of(tmp_path, extensions=extensions)
     assert (glass.ior, glass.transmission, glass.thin_walled) == (1.7, 1.0, False)
     np.testing.assert_allclose(glass.attenuation, -np.log([0.5, 1, 0.25]) / 0.5, atol=1e-12)
+    in_metres = glass.moved(Frame(0.001))
+    np.testing.assert_allclose(in_metres.attenuation, np.array(glass.attenuation) * 1000)
     del extensions["KHR_materials_volume"]
     assert material_of(tmp_path, extensions=extensions).thin_walled
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import xml.etree.ElementTree as ET
 from pathlib import Path
 from typing import Any
 
+import drjit as dr
 import numpy as np
 import pytest
 
@@ -13,6 +15,7 @@ from purelight_import.importing import import_lamp
 from purelight_import.model.lamp import Lamp
 from purelight_import.model.material import Verbatim
 from purelight_import.options import Options
+from purelight_mitsuba import use
 from tests.support.lamp_files import mitsuba as writers
 from tests.support.lamp_files import model
 
@@ -211,3 +214,49 @@ def test_materials_are_kept_as_they_are_written(mitsuba: Any, tmp_path: Path) ->
     assert all(isinstance(m, Verbatim) for m in materials.values())
     assert 'type="dielectric"' in materials["Globe"].elements[0]  # type: ignore[union-attr]
     assert materials["Globe"].glass
+
+
+MILKY = """
+  <shape type="sphere" id="glass"><float name="radius" value="5"/><bsdf type="dielectric"/>
+    <medium type="homogeneous" name="interior"><float name="scale" value="2"/>
+      <rgb name="{sigma}" value="0.2,0.5,1"/><rgb name="albedo" value="0"/></medium></shape>
+  <shape type="sphere" id="bulb"><point name="center" x="12" y="0" z="0"/>
+    <emitter type="area"><rgb name="radiance" value="1"/></emitter></shape>"""
+
+
+@pytest.mark.parametrize(
+    ("version", "units", "scale"),
+    [("3.0.0", None, 2), ("3.0.0", "cm", 200), ("0.5.0", None, 200), ("0.5.0", "mm", 2000)],
+)
+def test_media_are_as_dense_in_metres(
+    version: str, units: str | None, scale: float, tmp_path: Path
+) -> None:
+    sigma = "sigma_t" if version == "3.0.0" else "sigmaT"
+    path = scene(tmp_path, MILKY.format(sigma=sigma), version)
+    written = import_lamp(path, tmp_path / "out", Options(units=units), picture=False).scene
+    media = list(ET.parse(written).iter("medium"))
+    scales = [float(e.get("value", "")) for m in media for e in m if e.get("name") == "scale"]
+    assert scales == pytest.approx([scale])
+
+
+def test_grids_of_media_lie_where_they_were(tmp_path: Path) -> None:
+    """In centimetres, with Y up."""
+    mi = use()
+    grid = np.zeros((2, 2, 2, 1), np.float32)
+    grid[1] = 1  # along the file's Z
+    mi.VolumeGrid(grid).write(str(tmp_path / "grid.vol"))
+    cloud = MILKY.format(sigma="no").replace("homogeneous", "heterogeneous")
+    start, end = cloud.index('<rgb name="no"'), cloud.index("</medium>")
+    volume = """<volume type="gridvolume" name="sigma_t">
+      <string name="filename" value="grid.vol"/><transform name="to_world">
+      <scale value="10"/><translate x="-5" y="-5" z="-5"/></transform></volume>"""
+    path = scene(tmp_path, cloud[:start] + volume + cloud[end:])
+    made = import_lamp(path, tmp_path / "out", Options(units="cm", up="y"), picture=False)
+    medium = next(
+        s.interior_medium() for s in mi.load_file(str(made.scene)).shapes()
+        if s.interior_medium() is not None
+    )  # fmt: skip
+    place = dr.zeros(mi.MediumInteraction3f, 3)
+    place.p = mi.Point3f([0.0] * 3, [-0.04, 0.04, -0.0125], [0.0] * 3)  # the file's Z is now -Y
+    sigma_t = np.array(medium.get_scattering_coefficients(place)[2])[0]
+    np.testing.assert_allclose(sigma_t, [200, 0, 150], atol=1e-2)

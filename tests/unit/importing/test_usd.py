@@ -188,6 +188,84 @@ def test_the_weight_of_the_base_counts(shader: str, weight: str, tmp_path: Path)
     np.testing.assert_allclose(part.material.base_color, [0.05, 0.05, 0.025], rtol=1e-5)
 
 
+NETWORK = """#usda 1.0
+( defaultPrim = "Lamp"
+  metersPerUnit = 0.01
+  upAxis = "Z" )
+def Xform "Lamp"
+{{
+    def Sphere "Bulb" ( prepend apiSchemas = ["MaterialBindingAPI"{api}] )
+    {{
+        double radius = 2
+        {light}
+        rel material:binding = </Lamp/Paint>
+    }}
+    def Material "Paint"
+    {{
+        token outputs:mtlx:surface.connect = </Lamp/Paint/S.outputs:surface>
+        def Shader "S"
+        {{
+            uniform token info:id = "ND_{shader}_surfaceshader"
+            {inputs}
+            token outputs:surface
+        }}
+    }}
+}}
+"""
+OPEN_PBR, STANDARD = "open_pbr_surface", "standard_surface"
+
+
+def bulb(folder: Path, inputs: str, shader: str = OPEN_PBR, api: str = "", light: str = "") -> Part:
+    """In metres."""
+    path = folder / "bulb.usda"
+    path.write_text(NETWORK.format(inputs=inputs, shader=shader, api=api, light=light))
+    (part,) = read_usd(path).placed().parts
+    return part
+
+
+def test_light_of_openpbr_is_in_candela_per_square_metre(tmp_path: Path) -> None:
+    glows = "float inputs:emission_luminance = 1366\n color3f inputs:emission_color = (1, 0.5, 0)"
+    np.testing.assert_allclose(bulb(tmp_path, glows).radiance, [2, 1, 0], rtol=1e-6)
+    watts = glows.replace("emission_luminance", "emission")
+    np.testing.assert_allclose(bulb(tmp_path, watts, STANDARD).radiance, [1366, 683, 0], rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("shader", "through"), [(OPEN_PBR, "transmission_weight"), (STANDARD, "transmission")]
+)
+def test_glass_has_its_colour_at_a_depth(shader: str, through: str, tmp_path: Path) -> None:
+    """Of the stage's unit, centimetres; without a depth each surface has it."""
+    glass = f"float inputs:{through} = 1\n color3f inputs:transmission_color = (0.5, 1, 1)"
+    tinted = bulb(tmp_path, glass, shader).material
+    assert isinstance(tinted, Material)
+    assert (tinted.base_color, tinted.attenuation) == ((0.5, 1, 1), None)
+    deep = bulb(tmp_path, glass + "\n float inputs:transmission_depth = 4", shader).material
+    assert isinstance(deep, Material)
+    assert deep.base_color == (1, 1, 1)
+    np.testing.assert_allclose(deep.attenuation, [np.log(2) / 0.04, 0, 0], rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("shader", "inputs"),
+    [(OPEN_PBR, "float inputs:geometry_opacity = 0.25"),
+     (STANDARD, "color3f inputs:opacity = (0.25, 0.25, 0.25)")],
+)  # fmt: skip
+def test_opacity_of_other_shaders(shader: str, inputs: str, tmp_path: Path) -> None:
+    material = bulb(tmp_path, inputs, shader).material
+    assert isinstance(material, Material)
+    assert material.opacity == 0.25
+
+
+@pytest.mark.parametrize("normalize", [0, 1])
+def test_a_mesh_may_be_a_light(normalize: int, tmp_path: Path) -> None:
+    lit = f"float inputs:intensity = 5\n bool inputs:normalize = {normalize}"
+    part = bulb(tmp_path, "", api=', "MeshLightAPI"', light=lit)
+    area = part.mesh.area * 1e4 if normalize else 1
+    np.testing.assert_allclose(part.radiance, [5 / area] * 3, rtol=1e-6)
+    dark = bulb(tmp_path, "", api=', "MeshLightAPI"', light="float inputs:intensity = 0")
+    assert dark.radiance is None
+
+
 def test_textures_within_a_package(tmp_path: Path) -> None:
     buffer = io.BytesIO()
     Image.fromarray(np.full((2, 2, 3), (255, 0, 0), np.uint8)).save(buffer, "PNG")

@@ -92,7 +92,11 @@ class Lamp:
         """In metres with +Z up."""
         matrix = self.frame.matrix
         scale = self.frame.metres
-        parts = tuple(replace(p, mesh=p.mesh.moved(matrix)) for p in self.parts)
+        materials = {id(p.material): p.material.moved(self.frame) for p in self.parts}
+        parts = tuple(
+            replace(p, mesh=p.mesh.moved(matrix), material=materials[id(p.material)])
+            for p in self.parts
+        )
         points = tuple(
             replace(
                 p, position=matrix[:3, :3] @ p.position,

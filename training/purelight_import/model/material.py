@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+import math
+import xml.etree.ElementTree as ET
+from dataclasses import dataclass, fields, replace
 
+from purelight_import.model.frame import Frame
 from purelight_import.model.picture import Picture
 
 RGB = tuple[float, float, float]
@@ -11,6 +14,17 @@ Value = float | Picture
 Color = RGB | Picture
 WHITE: RGB = (1.0, 1.0, 1.0)
 BLACK: RGB = (0.0, 0.0, 0.0)
+
+
+def absorption(color: Color, distance: float) -> RGB | None:
+    """Absorption coefficient by which white light has a colour after a distance: -ln(c) / d.
+
+    None where nothing is absorbed, or the colour is a picture's.
+    """
+    if isinstance(color, Picture) or not 0 < distance < math.inf or min(color) >= 1:
+        return None
+    r, g, b = (-math.log(min(max(value, 1e-4), 1)) / distance for value in color)
+    return r, g, b
 
 
 @dataclass(frozen=True)
@@ -26,7 +40,8 @@ class Material:
         specular: factor on the reflectance at right angles.
         transmission: share of the base that is glass.
         thin_walled: whether glass is a sheet, which bends no ray, and not a body's surface.
-        attenuation: absorption coefficient of the body behind the surface per metre; None is none.
+        attenuation: absorption coefficient of the body behind the surface, per unit of the lamp's
+            lengths; None is none.
         diffuse_transmission: share of diffuse light that passes, as through paper.
         coat, coat_roughness: clear layer on top.
         sheen: of cloth.
@@ -63,6 +78,13 @@ class Material:
         values = {f.name: getattr(self, f.name) for f in fields(self)}
         return {name: value for name, value in values.items() if isinstance(value, Picture)}
 
+    def moved(self, frame: Frame) -> Material:
+        """The same in metres."""
+        if self.attenuation is None or frame.metres == 1:
+            return self
+        r, g, b = (value / frame.metres for value in self.attenuation)
+        return replace(self, attenuation=(r, g, b))
+
     @property
     def cut(self) -> bool:
         """Whether a picture has values above one, which no surface reflects: they are cut."""
@@ -84,3 +106,30 @@ class Verbatim:
     elements: tuple[str, ...]
     files: tuple[tuple[str, str], ...] = ()
     glass: bool = False
+
+    def moved(self, frame: Frame) -> Verbatim:
+        """The same in metres with +Z up: media are as dense, and their grids where they were."""
+        if (frame.metres, frame.up) == (1, "z"):
+            return self
+        elements = [ET.fromstring(text) for text in self.elements]
+        for medium in (e for e in elements if e.tag == "medium"):
+            _rescaled(medium, 1 / frame.metres)
+            for volume in (e for e in medium.iter("volume") if e.get("type") != "constvolume"):
+                _placed(volume, frame)
+        texts = tuple(ET.tostring(element, encoding="unicode") for element in elements)
+        return replace(self, elements=texts)
+
+
+def _rescaled(medium: ET.Element, factor: float) -> None:
+    """Multiplies a medium's density."""
+    stated = [e for e in medium if e.get("name") == "scale"]
+    scale = stated[0] if stated else ET.SubElement(medium, "float", name="scale", value="1")
+    scale.set("value", repr(float(scale.get("value", "1")) * factor))
+
+
+def _placed(volume: ET.Element, frame: Frame) -> None:
+    """Moves a grid after its own transform."""
+    found = [e for e in volume if e.get("name") == "to_world"]
+    transform = found[0] if found else ET.SubElement(volume, "transform", name="to_world")
+    values = " ".join(repr(float(value)) for value in frame.matrix.ravel())
+    ET.SubElement(transform, "matrix", value=values)

@@ -65,6 +65,19 @@ class Picture:
             return self
         return replace(self, pixels=self.linear * factor, srgb=False)
 
+    def lies_as(self, other: Picture) -> bool:
+        """Whether both lie in the same way on a surface."""
+        one, two = (np.eye(3) if p.to_uv is None else p.to_uv for p in (self, other))
+        return self.wrap == other.wrap and bool(np.allclose(one, two))
+
+    def by(self, other: Picture) -> Picture:
+        """Times the first channel of a picture that lies as this one, with the finer's pixels."""
+        height, width = np.maximum(self.pixels.shape[:2], other.pixels.shape[:2])
+        v, u = np.mgrid[:height, :width]
+        place = np.stack(((u + 0.5) / width, (v + 0.5) / height), -1).reshape(-1, 2)
+        one, two = (replace(p, to_uv=None).at(place) for p in (self, other))
+        return replace(self, pixels=(one * two[:, :1]).reshape(height, width, -1), srgb=False)
+
     def under(self, matrix: NDArray[np.float64]) -> Picture:
         """With a transform [3, 3] of coordinates whose origin is the lower left corner."""
         if np.array_equal(matrix, np.eye(3)):

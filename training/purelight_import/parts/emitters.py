@@ -13,9 +13,10 @@ from purelight_format.color import LUMENS_PER_WATT, LUMINANCE, lumens
 from purelight_format.errors import PureLightError
 from purelight_import.model.color import KELVIN, black_body
 from purelight_import.model.lamp import Lamp, Part
-from purelight_import.model.material import RGB, WHITE, Color
+from purelight_import.model.material import RGB, WHITE, Color, Material, Value
 from purelight_import.model.picture import Picture
 from purelight_import.parts.choice import chosen, listing
+from purelight_import.parts.emitting_sides import facing_out
 
 EMISSIVE = "emissive"
 LIKELY = re.compile(r"bulb|filament|\bled|led[_\d]|emit|glow|lumin|flame|tube|light", re.IGNORECASE)
@@ -81,7 +82,9 @@ def kelvin(value: float) -> float:
 def light_up(
     lamp: Lamp, choices: Sequence[Choice], total: float | None, temperature: float | None
 ) -> Lamp:
-    """Makes the chosen parts emit, and no others.
+    """Makes the chosen parts emit, and no others, to the sides that shine (`facing_out`).
+
+    Light of a surface that is not there everywhere is its emission times its opacity.
 
     Arguments:
         choices: none is all that emits by the file.
@@ -91,33 +94,47 @@ def light_up(
     Raises:
         PureLightError: nothing emits, or the lumens do not add up.
     """
-    state = [_State(part) for part in lamp.parts]
-    for choice in choices or [Choice(EMISSIVE)]:
-        _choose(lamp, state, choice)
-    if not any(s.radiance is not None for s in state):
+    choices = choices or [Choice(EMISSIVE)]
+    emitting = {number for choice in choices for number in _found(lamp, choice)}
+    if not emitting:
         raise PureLightError(_nothing(lamp))
-    dropped = [s.part.name for s in state if s.part.radiance is not None and s.radiance is None]
-    for name in dropped:
-        lamp.notes("parts that emit in the file, but were not chosen, stay dark", name)
+    state = [_State(sides, lamp) for sides in facing_out(lamp, emitting)]
+    for choice in choices:
+        _choose([state[number] for number in _found(lamp, choice)], choice)
+    for part, s in zip(lamp.parts, state, strict=True):
+        if part.radiance is not None and s.radiance is None:
+            lamp.notes("parts that emit in the file, but were not chosen, stay dark", part.name)
     for s in state:
         s.tint(temperature if s.kelvin is None else s.kelvin)
     _share(state, total)
-    parts = tuple(replace(s.part, radiance=s.radiance) for s in state)
+    parts = tuple(replace(side, radiance=s.radiance) for s in state for side in s.sides)
     return replace(lamp, parts=parts)
 
 
 class _State:
-    """A part while its light is being settled."""
+    """A part, by the sides that shine, while its light is being settled."""
 
-    def __init__(self, part: Part) -> None:
-        self.part = part
+    def __init__(self, sides: tuple[Part, ...], lamp: Lamp) -> None:
+        self.sides, self.notes = sides, lamp.notes
         self.radiance: Color | None = None
         self.kelvin: float | None = None
         self.fixed = False
 
     @property
     def lumens(self) -> float:
-        return 0.0 if self.radiance is None else lumens(flux(self.part, self.radiance))
+        if self.radiance is None:
+            return 0.0
+        return sum(lumens(flux(side, self.radiance)) for side in self.sides)
+
+    def light(self) -> None:
+        """Gives it what the file says of its light, or one, as far as its surface is there."""
+        part = self.sides[0]
+        self.radiance = part.radiance or WHITE
+        if isinstance(part.material, Material) and part.material.opacity != 1:
+            self.radiance, whole = covered(self.radiance, part.material.opacity)
+            if not whole:
+                self.notes("emission is dimmed by the mean of its alpha, which lies otherwise on "
+                           "the surface", part.name)  # fmt: skip
 
     def scale(self, factor: float) -> None:
         self.radiance = times(self.radiance, factor) if self.radiance is not None else None
@@ -135,17 +152,21 @@ class _State:
             self.radiance = times(color, float(LUMINANCE @ np.asarray(self.radiance)))
 
 
-def _choose(lamp: Lamp, state: list[_State], choice: Choice) -> None:
-    """Lights the parts that one choice fits."""
+def _found(lamp: Lamp, choice: Choice) -> list[int]:
+    """The numbers of the parts that one choice fits."""
     if choice.pattern.lower() == EMISSIVE:
-        found = [s for s in state if s.part.radiance is not None]
+        found = [number for number, part in enumerate(lamp.parts) if part.radiance is not None]
         if not found:
             raise PureLightError(_nothing(lamp))
-    else:
-        parts = {id(part) for part in chosen(choice.pattern, lamp.parts, "--emitter")}
-        found = [s for s in state if id(s.part) in parts]
+        return found
+    parts = {id(part) for part in chosen(choice.pattern, lamp.parts, "--emitter")}
+    return [number for number, part in enumerate(lamp.parts) if id(part) in parts]
+
+
+def _choose(found: list[_State], choice: Choice) -> None:
+    """Lights the parts that one choice fits."""
     for s in found:
-        s.radiance = s.part.radiance or WHITE
+        s.light()
         s.kelvin = choice.kelvin
         s.fixed = choice.lumens is not None
     if choice.lumens is not None:
@@ -200,6 +221,22 @@ def mean_radiance(part: Part, radiance: Color) -> RGB:
     uv = np.einsum("nk,nkd->nd", weight, part.mesh.uv[part.mesh.triangles[chosen_triangles]])
     r, g, b = radiance.at(uv).mean(0, dtype=np.float64).tolist()
     return r, g, b
+
+
+def covered(radiance: Color, opacity: Value) -> tuple[Color, bool]:
+    """Emission of what is not there everywhere, and whether it is so at each point.
+
+    Two pictures that lie differently on the surface have no product: one is then dimmed by the
+    mean of the other.
+    """
+    if not isinstance(opacity, Picture):
+        return times(radiance, opacity), True
+    if not isinstance(radiance, Picture):
+        mask = opacity.channels(0, 0, 0)
+        return mask.times(radiance), True
+    if not opacity.lies_as(radiance):
+        return radiance.times(float(opacity.mean()[0])), False
+    return radiance.by(opacity), True
 
 
 def times(color: Color, factor: float) -> Color:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import replace
 
 import numpy as np
@@ -17,20 +18,22 @@ MORE_OPEN = 4.0  # than the front: a back that a sheet should rather shine from
 COVERED, GAP = 0.9, 0.01  # share of a side's rays that end within so much of the lamp's extent
 
 
-def facing_out(lamp: Lamp) -> Lamp:
-    """The lamp with emitters turned so that their fronts shine outwards.
+def facing_out(lamp: Lamp, emitting: Collection[int]) -> list[tuple[Part, ...]]:
+    """For each part, itself; those that emit are turned so that their fronts shine outwards.
 
     What is double-sided and no hull gets a second part for its back, unless that is covered, as a
     panel's by its housing.
+
+    Arguments:
+        emitting: the numbers of the parts that do.
     """
-    lit = [p for p in lamp.parts if p.radiance is not None and not isinstance(p.material, Verbatim)]
-    if not lit:
-        return lamp
-    rays, ids = Rays.among([p.mesh for p in lamp.parts]), {id(part) for part in lit}
-    parts: list[Part] = []
-    for part in lamp.parts:
-        parts += _sides(part, rays, lamp) if id(part) in ids else [part]
-    return replace(lamp, parts=tuple(parts))
+    rays = Rays.among([p.mesh for p in lamp.parts])
+    return [
+        tuple(_sides(part, rays, lamp))
+        if number in emitting and not isinstance(part.material, Verbatim)
+        else (part,)
+        for number, part in enumerate(lamp.parts)
+    ]
 
 
 def _sides(part: Part, rays: Rays, lamp: Lamp) -> list[Part]:

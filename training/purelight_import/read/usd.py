@@ -15,7 +15,7 @@ from purelight_import.model.frame import UP, Frame
 from purelight_import.model.lamp import Lamp
 from purelight_import.model.mesh import Mesh
 from purelight_import.read.build import Builder
-from purelight_import.read.usd_lights import KINDS, add_light
+from purelight_import.read.usd_lights import KINDS, add_light, mesh_light
 from purelight_import.read.usd_materials import Materials, Surface
 from purelight_mitsuba import platform
 from purelight_mitsuba.usd_scene import shapes
@@ -111,8 +111,10 @@ def _add_part(
     name = prim.GetName() if bound == prim else f"{prim.GetName()}_{bound.GetName()}"
     if _general(name) and len(path) > 1:
         name = path[-2]
-    builder.add(name, mesh_of(corners), surface.material, path, surface.radiance,
-                double_sided=two_sided)  # fmt: skip
+    mesh, radiance = mesh_of(corners), surface.radiance
+    if "MeshLightAPI" in prim.GetAppliedSchemas():
+        radiance = mesh_light(prim, materials.values, mesh.area) or radiance
+    builder.add(name, mesh, surface.material, path, radiance, double_sided=two_sided)
 
 
 def _general(name: str) -> bool:

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from purelight_import.model.material import Material
+from purelight_import.model.material import RGB, Material
 from purelight_import.read.build import Builder
 from purelight_import.read.solids import SOLIDS
 from purelight_mitsuba.usd_scene.values import Values
@@ -17,6 +17,16 @@ ROOM = ("DistantLight", "DomeLight", "DomeLight_1")
 KINDS = (
     "SphereLight", "DiskLight", "RectLight", "CylinderLight", *ROOM,
 )  # fmt: skip
+
+
+def mesh_light(prim: Any, values: Values, area: float) -> RGB | None:
+    """Radiance of a mesh that is a light (`MeshLightAPI`), whatever its material; None if dark."""
+    from purelight_mitsuba.usd_scene import lights
+
+    r, g, b = lights.strength(prim, values)
+    if values.get(prim, "inputs:normalize", False):
+        r, g, b = (value / area for value in (r, g, b))
+    return (r, g, b) if max(r, g, b) > 0 and np.isfinite([r, g, b]).all() else None
 
 
 def add_light(prim: Any, values: Values, builder: Builder) -> None:

@@ -9,7 +9,16 @@ from typing import Any
 
 import numpy as np
 
-from purelight_import.model.material import BLACK, RGB, WHITE, Color, Material, Value
+from purelight_format.color import LUMENS_PER_WATT
+from purelight_import.model.material import (
+    BLACK,
+    RGB,
+    WHITE,
+    Color,
+    Material,
+    Value,
+    absorption,
+)
 from purelight_import.model.notes import Notes
 from purelight_import.model.picture import Picture
 from purelight_import.read.usd_textures import Textures
@@ -24,11 +33,13 @@ PREVIEW = {"base": "diffuseColor", "metal": "metallic", "rough": "roughness", "i
 STANDARD = {"base": "base_color", "metal": "metalness", "rough": "specular_roughness",
             "ior": "specular_IOR", "coat": "coat", "coat_rough": "coat_roughness",
             "emission": "emission_color", "strength": "emission", "through": "transmission",
-            "tint": "transmission_color", "thin": "thin_walled", "weight": "base"}  # fmt: skip
+            "tint": "transmission_color", "depth": "transmission_depth", "cover": "opacity",
+            "thin": "thin_walled", "weight": "base"}  # fmt: skip
 OPEN_PBR = {"base": "base_color", "metal": "base_metalness", "rough": "specular_roughness",
             "ior": "specular_ior", "coat": "coat_weight", "coat_rough": "coat_roughness",
             "emission": "emission_color", "strength": "emission_luminance",
             "through": "transmission_weight", "tint": "transmission_color",
+            "depth": "transmission_depth", "cover": "geometry_opacity",
             "thin": "geometry_thin_walled", "weight": "base_weight"}  # fmt: skip
 
 
@@ -101,6 +112,8 @@ class Materials:
         material = _preview_glass(material, read) if preview else _glass(material, read)
         emission = read.color("emission", BLACK if preview else WHITE)
         strength = 1.0 if preview else read.number("strength", 0.0)
+        if words is OPEN_PBR:
+            strength /= LUMENS_PER_WATT  # which states cd/m²
         dark = strength <= 0 or (not isinstance(emission, Picture) and max(emission) <= 0)
         return Surface(material, None if dark else _times(emission, strength))
 
@@ -149,13 +162,18 @@ def _preview_glass(material: Material, read: _Shader) -> Material:
 
 
 def _glass(material: Material, read: _Shader) -> Material:
+    """Transmission; its colour is reached at a depth, or by each surface where that is 0."""
+    material = replace(material, opacity=read.cover())
     through = read.value("through", 0.0)
     if not isinstance(through, Picture) and through <= 0:
         return material
-    tint = read.color("tint", WHITE)
+    tint, depth = read.color("tint", WHITE), read.number("depth", 0.0)
+    thin = bool(read.number("thin", 0))
+    absorbs = depth > 0 and not thin and not isinstance(tint, Picture)
     return replace(
-        material, transmission=through, base_color=tint, thin_walled=bool(read.number("thin", 0))
-    )
+        material, transmission=through, thin_walled=thin, base_color=WHITE if absorbs else tint,
+        attenuation=absorption(tint, depth) if absorbs else None,
+    )  # fmt: skip
 
 
 def _times(color: Color, factor: float) -> Color:
@@ -190,6 +208,13 @@ class _Shader:
                 return 1.0
             return picture.channels(max(names.find(output), 0))
         return self.number(key, default)
+
+    def cover(self) -> Value:
+        """Opacity, which Standard Surface has as a colour."""
+        found = self.plain("cover", None)
+        if found is not None and np.shape(found) == (3,):
+            return float(np.clip(np.mean(found), 0, 1))
+        return self.value("cover", 1.0)
 
     def color(self, key: str, default: RGB) -> Color:
         """A colour, or a texture."""

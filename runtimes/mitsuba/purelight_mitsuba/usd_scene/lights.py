@@ -33,7 +33,7 @@ def light(prim: Any, values: Values, note: Note) -> Iterator[Any]:
     }.get(str(prim.GetTypeName()), _dome)
     if make in (_distant, _dome) and not shaping(prim, values, note).even:
         note(prim, "only lights that have a shape can be shaped; its shaping was ignored")
-    color = _color(prim, values)
+    color = strength(prim, values)
     if not np.isfinite(np.asarray(color, np.float32)).all():
         note(prim, "the light is not of finite strength and was left out")
     elif max(color) > 0:
@@ -51,7 +51,7 @@ def _sized(prim: Any, part: dict[str, Any], note: Note) -> Iterator[Any]:
         note(prim, "the light is not of finite size and was left out")
 
 
-def _color(prim: Any, values: Values) -> list[float]:
+def strength(prim: Any, values: Values) -> list[float]:
     """Radiance before normalisation: intensity * 2^exposure * color, and that of its warmth."""
     from pxr import UsdLux
 
@@ -71,7 +71,7 @@ def _area_light(
     prim: Any, values: Values, note: Note, shape: str, at: np.ndarray, area: float
 ) -> dict[str, Any]:
     """A shape of Mitsuba's that emits; `normalize` divides by its area."""
-    radiance = np.asarray(_color(prim, values))
+    radiance = np.asarray(strength(prim, values))
     if values.get(prim, "inputs:normalize", False):
         radiance = radiance / max(area, 1e-30)
     shaped = shaping(prim, values, note)
@@ -141,7 +141,7 @@ def _distant(prim: Any, values: Values, note: Note) -> dict[str, Any]:
     half = math.radians(angle) / 2
     size = math.pi * math.sin(half) ** 2 if half > 0 else 1.0
     normalized = bool(values.get(prim, "inputs:normalize", False))
-    irradiance = np.asarray(_color(prim, values)) * (1.0 if normalized else size)
+    irradiance = np.asarray(strength(prim, values)) * (1.0 if normalized else size)
     if half > math.radians(1):
         note(prim, "a wide distant light was rendered with sharp shadows")
     direction = -values.to_world(prim)[:3, 2]
@@ -150,7 +150,7 @@ def _distant(prim: Any, values: Values, note: Note) -> dict[str, Any]:
 
 def _dome(prim: Any, values: Values, note: Note) -> dict[str, Any]:
     """Light from all around: a colour, or a latitude-longitude texture whose pole is +Y."""
-    color = _color(prim, values)
+    color = strength(prim, values)
     asset = values.get(prim, "inputs:texture:file")
     if not asset or not asset.path:
         return {"type": "constant", "radiance": _rgb(color)}

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from purelight_format.color import LUMENS_PER_WATT
-from purelight_import.model.material import BLACK, RGB, WHITE, Color, Material, Value
+from purelight_import.model.material import BLACK, RGB, WHITE, Color, Material, Value, absorption
 from purelight_import.model.picture import Picture
 from purelight_import.read.gltf.document import Document, Object
 from purelight_import.read.gltf.textures import Textures
@@ -193,13 +193,9 @@ class _Reading:
 
 
 def _attenuation(volume: Object) -> RGB | None:
-    """Absorption coefficient per metre: -ln(colour) / distance (KHR_materials_volume)."""
+    """Absorption coefficient (KHR_materials_volume)."""
     distance = float(volume.get("attenuationDistance", np.inf))
-    color = np.clip(_rgb(volume.get("attenuationColor", WHITE)), 1e-4, 1)
-    if not 0 < distance < np.inf or (color == 1).all():
-        return None
-    r, g, b = (-np.log(color) / distance).tolist()
-    return r, g, b
+    return absorption(_rgb(volume.get("attenuationColor", WHITE)), distance)
 
 
 def _cut(cover: Value, cutoff: float) -> Value:
