@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import trimesh
@@ -13,7 +13,7 @@ from purelight_examples.luminaires.lamp_scene import Part
 from purelight_examples.luminaires.light import radiance
 from purelight_examples.luminaires.materials import ACRYLIC, ALUMINIUM, BLACK, PHOSPHOR, WHITE
 from purelight_examples.luminaires.optics import collimating_front, reflecting_side
-from purelight_examples.luminaires.parts import revolve
+from purelight_examples.luminaires.parts import above, revolve
 from purelight_examples.luminaires.poses import Floats, turn
 
 ACRYLIC_INDEX = 1.49
@@ -49,9 +49,11 @@ class Downlight(Lamp):
         """LED, lens, holder, heat sink, baffle, trim; built upwards, then hung upside down."""
         outline = self._lens()
         top = float(outline[:, 1].max())
-        led = revolve([[0, -8e-4], [self.led, -8e-4], [self.led, 0.0], [0, 0.0]], 32)
+        package = revolve([[0, -8e-4], [self.led, -8e-4], [self.led, -1e-4], [0, -1e-4]], 32)
+        led = above(package, 1e-4)
         made = [
-            Part("led", led, PHOSPHOR, radiance(self.lumens, self.kelvin, led.area)),
+            Part("led", led, PHOSPHOR, radiance(self.lumens, self.kelvin, led.area), False),
+            Part("package", package, WHITE),
             Part("lens", self._pillows(revolve(outline, 96), top), ACRYLIC),
             Part("holder", self._holder(), ALUMINIUM),
             Part("sink", self._sink(float(outline[:, 0].max())), ALUMINIUM),
@@ -60,9 +62,7 @@ class Downlight(Lamp):
         ]
         hang = turn("x", 180)
         hang[2, 3] = top + self.recess
-        return [
-            Part(p.name, p.mesh.copy().apply_transform(hang), p.material, p.radiance) for p in made
-        ]
+        return [replace(p, mesh=p.mesh.copy().apply_transform(hang)) for p in made]
 
     def _lens(self) -> Floats:
         """The lens's outline from its hollow's middle around to its face's: [K, 2]."""

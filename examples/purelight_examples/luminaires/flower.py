@@ -45,7 +45,7 @@ LAYERS = (
 class Flower(Lamp):
     """A hanging blossom after the paper's Flower; `alpha` is what makes it Rough or Specular.
 
-    Hard for a path tracer: a coil of two square centimetres behind layers of curved tinted glass.
+    Hard for a path tracer: a coil of seven square centimetres behind layers of curved tinted glass.
     Rough petals spread its light softly; nearly smooth ones throw the sharp outline of each petal
     onto the walls, by paths that no guess finds.
 

@@ -12,7 +12,8 @@ from purelight_examples.luminaires.lamp import Lamp
 from purelight_examples.luminaires.lamp_scene import Part
 from purelight_examples.luminaires.light import radiance
 from purelight_examples.luminaires.materials import ACRYLIC, PHOSPHOR, WHITE
-from purelight_examples.luminaires.poses import copies, shift
+from purelight_examples.luminaires.parts import above
+from purelight_examples.luminaires.poses import copies, shift, turn
 
 
 @dataclass(frozen=True)
@@ -42,14 +43,16 @@ class LinearLed(Lamp):
     def parts(self) -> list[Part]:
         """LEDs on their board, the channel, and the cover in its opening."""
         half = (0.5 * self.length, 0.5 * self.width, 0.5 * self.height)
-        top = half[2] - self.wall
+        ceiling = half[2] - self.wall
         block = trimesh.creation.box(extents=(self.led, self.led, 0.001))
-        places = (np.arange(self.leds) + 0.5) / self.leds - 0.5
-        chips = copies(block, [shift((self.length - 0.02) * x, 0, top - 0.0045) for x in places])
+        across = (self.length - 0.02) * ((np.arange(self.leds) + 0.5) / self.leds - 0.5)
+        places = [shift(x, 0, ceiling - 0.0045) @ turn("x", 180) for x in across]
+        leds = copies(above(block, 0.0001), places)
         board = trimesh.creation.box(extents=(self.length - 0.012, 0.012, 0.0015))
         return [
-            Part("leds", chips, PHOSPHOR, radiance(self.lumens, self.kelvin, chips.area)),
-            Part("board", board.apply_translation([0, 0, top - 0.0025]), WHITE),
+            Part("leds", leds, PHOSPHOR, radiance(self.lumens, self.kelvin, leds.area), False),
+            Part("packages", copies(block, places), WHITE),
+            Part("board", board.apply_translation([0, 0, ceiling - 0.0025]), WHITE),
             Part("channel", solids.tray(half, self.wall), WHITE),
             Part("cover", self._cover(-half[2] + 0.001), ACRYLIC),
         ]

@@ -109,6 +109,14 @@ def solid(vertices: ArrayLike, faces: ArrayLike) -> trimesh.Trimesh:
     return mesh
 
 
+def above(mesh: trimesh.Trimesh, gap: float) -> trimesh.Trimesh:
+    """The faces of a shape that look along Z, lifted off it: where an LED shines, and alone."""
+    upper = mesh.copy()
+    upper.update_faces(upper.face_normals[:, 2] > 0.9)
+    upper.remove_unreferenced_vertices()
+    return upper.apply_translation([0.0, 0.0, gap])
+
+
 def _frames(points: Floats) -> tuple[Floats, Floats]:
     """Two unit vectors across the path at each point, without twist: [K, 3] each."""
     tangent = np.gradient(points, axis=0)

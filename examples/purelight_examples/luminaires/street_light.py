@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import trimesh
@@ -12,7 +12,7 @@ from purelight_examples.luminaires.lamp import Lamp
 from purelight_examples.luminaires.lamp_scene import Part
 from purelight_examples.luminaires.light import radiance
 from purelight_examples.luminaires.materials import ACRYLIC, BK7, PHOSPHOR, WHITE, glaze
-from purelight_examples.luminaires.parts import revolve, tube
+from purelight_examples.luminaires.parts import above, revolve, tube
 from purelight_examples.luminaires.poses import Floats, copies, joined, shift, turn
 
 GREY = glaze((0.25, 0.26, 0.28), 0.2)
@@ -23,12 +23,12 @@ class StreetLight(Lamp):
     """The head of a street light; the pole's arm comes along -X, the street lies along Y.
 
     Hard for a path tracer: two dozen LEDs of two millimetres, each under a lens that is dented in
-    the middle and throws its light far to both sides, and a sheet of glass in front of all.
+    the middle and throws its light far along the street, and a sheet of glass in front of all.
 
     Arguments:
         rows, columns: of LEDs along X and Y, `pitch` apart.
         led: side of an LED.
-        lens: radius of a lens across the street; along it, it is `stretch` times as long.
+        lens: radius of a lens along the street; across it, it is `stretch` times as long.
         dent: of its top, in parts of its height.
     """
 
@@ -49,9 +49,10 @@ class StreetLight(Lamp):
         places = [shift(*at, 0.0) for at in self._places()]
         block = trimesh.creation.box(extents=(self.led, self.led, 0.0008))
         block.apply_translation([0, 0, 0.0012])
-        leds = copies(block, places)
+        leds = copies(above(block, 0.0001), places)
         made = [
-            Part("leds", leds, PHOSPHOR, radiance(self.lumens, self.kelvin, leds.area)),
+            Part("leds", leds, PHOSPHOR, radiance(self.lumens, self.kelvin, leds.area), False),
+            Part("packages", copies(block, places), WHITE),
             Part("lenses", copies(self._lens(), places), ACRYLIC),
             Part("board", solids.prism(_rounded(*half, 0.006), -0.002, 0.0), WHITE),
             Part("cover", self._cover(half),
@@ -59,16 +60,17 @@ class StreetLight(Lamp):
             Part("housing", self._housing(half), GREY),
         ]  # fmt: skip
         hang = turn("x", 180)
-        return [
-            Part(p.name, p.mesh.copy().apply_transform(hang), p.material, p.radiance) for p in made
-        ]
+        return [replace(p, mesh=p.mesh.copy().apply_transform(hang)) for p in made]
 
     def _places(self) -> list[tuple[float, float]]:
         x, y = (self.pitch * (np.arange(n) - 0.5 * (n - 1)) for n in (self.rows, self.columns))
         return [(float(a), float(b)) for a in x for b in y]
 
     def _lens(self) -> trimesh.Trimesh:
-        """A dome with a dented top over a hollow, longer along Y; it stands on z = 0.0006."""
+        """A dome with a dented top over a hollow; it stands on z = 0.0006.
+
+        It is longer along X: where a dome is narrow it bends light further, along the street.
+        """
         polar = np.linspace(0, 0.5 * np.pi, 19)
         dented = 1 - self.dent * np.exp(-((polar / 0.45) ** 2))
         outer = 0.8 * self.lens * dented[:, None] * np.stack((np.sin(polar), np.cos(polar)), 1)
@@ -76,7 +78,7 @@ class StreetLight(Lamp):
         hollow = 0.36 * self.lens * np.stack((np.sin(polar[::-2]), 1.25 * np.cos(polar[::-2])), 1)
         outer[0, 0] = hollow[-1, 0] = 0.0
         body = revolve(np.concatenate((outer, hollow)), 32).apply_translation([0, 0, 6e-4])
-        body.vertices = body.vertices * (1, self.stretch, 1)
+        body.vertices = body.vertices * (self.stretch, 1, 1)
         return body
 
     def _cover(self, half: tuple[float, float]) -> trimesh.Trimesh:

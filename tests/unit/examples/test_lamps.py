@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 import warnings
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator
@@ -176,6 +177,32 @@ def test_lamps_follow_their_parameters() -> None:
     parts = {part.name: part.mesh for part in made[0].parts()}
     assert parts["globes"].body_count == 2 * 5
     assert {p.name: p.mesh for p in made[3].parts()}["lenses"].body_count == 6
+
+
+def test_a_street_light_throws_along_the_street(tmp_path: Path) -> None:
+    """At 60 degrees from straight down more than twice as much as towards the houses."""
+    mi = platform.use()
+    from purelight_train.light.light_tracing import trace_records
+
+    records = trace_records(
+        mi.load_file(str(CATALOG["street_light"].lamp.write(tmp_path))), RAYS, 0
+    )
+    power = records.weight.sum(1)
+
+    def intensity(axis: int) -> float:
+        toward = np.array([0.0, 0.0, -0.5])
+        toward[axis] = math.sqrt(0.75)
+        mirrored = np.abs(records.direction) * (1, 1, -1)
+        down = records.direction[:, 2] < 0
+        return float(power[down & (mirrored @ toward > math.cos(math.radians(8)))].sum())
+
+    assert intensity(1) > 2 * intensity(0)
+
+
+@pytest.mark.parametrize("name", ["downlight", "linear_led", "street_light"])
+def test_leds_shine_from_their_fronts_alone(name: str) -> None:
+    (leds,) = (part for part in CATALOG[name].lamp.parts() if part.radiance is not None)
+    assert (leds.mesh.face_normals[:, 2] < -0.999).all()
 
 
 @pytest.mark.parametrize("module", [crystal, filament_bulb, frosted_globe])
