@@ -12,8 +12,12 @@ from purelight_format.measures import BoundingSphere
 CLEAR = 1.1  # radii of the lamp's sphere that no such pixel's ray meets
 
 
-def past_lamp(sensor: Any, sphere: BoundingSphere) -> NDArray[np.bool_]:
-    """Pixels whose middle rays pass a lamp's sphere by a tenth of its radius: [H, W]."""
+def past_lamp(sensor: Any, sphere: BoundingSphere, clear: float = CLEAR) -> NDArray[np.bool_]:
+    """Pixels whose middle rays pass a lamp's sphere by a tenth of its radius: [H, W].
+
+    Arguments:
+        clear: radii from the sphere's middle that they pass, if others.
+    """
     import mitsuba as mi
 
     width, height = (int(n) for n in sensor.film().size())
@@ -24,5 +28,5 @@ def past_lamp(sensor: Any, sphere: BoundingSphere) -> NDArray[np.bool_]:
     toward = np.asarray(sphere.center) - origin
     along = (toward * direction).sum(1, keepdims=True)
     off = np.linalg.norm(toward - along * direction, axis=1)
-    found: NDArray[np.bool_] = (off > CLEAR * sphere.radius).reshape(height, width)
+    found: NDArray[np.bool_] = (off > clear * sphere.radius).reshape(height, width)
     return found

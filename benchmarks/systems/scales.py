@@ -26,12 +26,15 @@ class Scale:
 
     Arguments:
         lamps: of the gallery; `preset` of their training (`tiny`, `sketch` or purelight-train's).
-        size, view_size, glare_size: pixels a side; `floor_pixels`: of a cell of the grid.
-        samples: per pixel, of a series; each at least twice the one before.
+        size, view_size, glare_size: pixels a side; `floor_pixels`: of a cell of the grid. That of
+            glare is the same at all scales: a rating depends on how fine its sources are.
+        samples: per pixel, of a series; each twice the one before, up to more than any system can
+            draw within the limit.
         paths, view_paths: light paths of the truths.
         views: some of `VIEWS`, or `GALLERY`; `observers`: some of `OBSERVERS`.
         instances: counts of lamps.
-        limit: seconds of rendering that no series passes: whoever is quick draws more samples.
+        limit: seconds of rendering that no series passes, and where it ends: whoever is quick draws
+            more samples.
         systems: by name; all if None.
     """
 
@@ -75,18 +78,18 @@ def doubling(most: int) -> tuple[int, ...]:
 
 SCALES = {
     "smoke": Scale(
-        "smoke", ("frosted_globe",), "tiny", 24, 24, 16, 2, doubling(8), 1 << 19, 1 << 20,
+        "smoke", ("frosted_globe",), "tiny", 24, 24, 24, 2, doubling(8), 1 << 19, 1 << 20,
         ("view_side",), ("glare_near",), (1, 4), 1,
         ("path", "ptracer", "purelight_accurate", "purelight_fast", "ies", "rays_1m",
          "bidirectional"),
     ),
     "small": Scale(
         "small", tuple(CATALOG), "sketch", 48, 48, 24, 2,
-        doubling(4096), 1 << 22, 1 << 27, (GALLERY,), ("glare_near",), (1, 16), 4,
+        doubling(1 << 24), 1 << 22, 1 << 27, (GALLERY,), ("glare_near",), (1, 16), 4,
     ),
     "full": Scale(
-        "full", tuple(CATALOG), "standard", 128, 128, 64, 8,
-        doubling(1 << 16), 1 << 28, 1 << 28, tuple(VIEWS),
+        "full", tuple(CATALOG), "standard", 128, 128, 24, 8,
+        doubling(1 << 30), 1 << 28, 1 << 28, tuple(VIEWS),
         tuple(OBSERVERS), (1, 16, 256), 300,
     ),
 }  # fmt: skip

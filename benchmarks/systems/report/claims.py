@@ -13,9 +13,14 @@ from benchmarks.systems.report.series import STRIPS, Results, Step, reach
 ACCURATE, FAST = "purelight_accurate", "purelight_fast"
 DRAFT, DRAFT_FAST = "purelight_draft", "purelight_draft_fast"
 PATH = "path"
-NCL, SHELLS, HISTOGRAM = "ncl", ("shell_4d", "shell_4d_factorised"), "histogram"
+NCL, SHELLS, HISTOGRAM = (
+    ("ncl", "ncl_light_traced"),
+    ("shell_4d", "shell_4d_factorised"),
+    "histogram",
+)
 SAMPLES, MANY = 64, 1_000_000  # ours, and path tracing's, as in the paper's first figure
-FASTER, BIAS = 0.4, 0.03  # less time, and the mean error that is called little here
+FASTER, BIAS = 1.4, 0.03  # times as fast, and the mean error that is called little here
+TIMING = 0.02  # of a ratio of times, which tells nothing
 VAGUE = 0.03  # relative variance of a truth that tells nothing
 GROWTH = 1.2  # of memory from one lamp to the most: no growth is below
 # Whether it holds on a lamp (None: the noise does not tell), and figures; None: no records
@@ -116,15 +121,16 @@ def _quicker(accurate: str, fast: str) -> Callable[[Results, str], Finding]:
         slow, quick = _common(results, lamp, accurate, fast)
         if slow is None or quick is None:
             return None
-        less = 1 - quick.seconds / slow.seconds
+        speed = slow.seconds / quick.seconds
         bias, noise = quick.figures["mean"], quick.figures["mean_noise"]
         text = (
-            f"{less:+.0%} less time at {quick.samples} spp, mean {bias:+.1%} (accurate"
-            f" {slow.figures['mean']:+.1%}, standard error {noise:.1%})"
+            f"{speed:.2f} times as fast at {quick.samples} spp ({1 - 1 / speed:.0%} less time), "
+            f"mean {bias:+.1%} (accurate {slow.figures['mean']:+.1%}, standard error {noise:.1%})"
         )
-        if less > FASTER and abs(abs(bias) - BIAS) <= noise:
+        close = abs(speed - FASTER) <= TIMING * FASTER
+        if close or (speed > FASTER and abs(abs(bias) - BIAS) <= noise):
             return None, text
-        return less > FASTER and abs(bias) < BIAS, text
+        return speed > FASTER and abs(bias) < BIAS, text
 
     return judge
 
@@ -226,7 +232,8 @@ CLAIMS = (
     ),
     Claim(
         "fast mode is more than 40 % faster with little bias",
-        f"at equal samples in the room; little is a mean within {BIAS:.0%} of the truth",
+        f"more than {FASTER} times as fast at equal samples in the room, a ratio of times being "
+        f"known to {TIMING:.0%}; little is a mean within {BIAS:.0%} of the truth",
         _quicker(ACCURATE, FAST),
     ),
     Claim(
@@ -234,8 +241,9 @@ CLAIMS = (
         f"{DRAFT_FAST} beside {DRAFT}", _quicker(DRAFT, DRAFT_FAST),
     ),
     Claim(
-        "sharper than NCL on complex lamps", "the detail it shows is nearer to the truth's",
-        _sharper((NCL,)),
+        "sharper than NCL on complex lamps",
+        "the detail it shows is nearer to the truth's than NCL's with targets of either kind",
+        _sharper(NCL),
     ),
     Claim(
         "learned on the surface is sharper than on a shell",

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
-from typing import TypeVar
+from dataclasses import dataclass, replace
+from typing import Any, TypeVar
 
 from benchmarks.systems.records import Record
 
@@ -56,13 +56,13 @@ class Results:
         return list({r.task: r for r in self.of(lamp, system, prefix)}.values())
 
     def chosen(self, lamp: str, system: str, prefix: str, *, equal_time: bool) -> list[Record]:
-        """The last picture of each such task, or that done in the time of our last one."""
+        """The last picture of each such task, or what it comes to in the time of our last one."""
         if not equal_time:
             return self.last(lamp, system, prefix)
         ours = {r.task: r.seconds for r in self.last(lamp, OURS, prefix)}
         every = self.of(lamp, system, prefix)
         tasks = _unique(r.task for r in every)
-        picks = (within([r for r in every if r.task == t], ours.get(t)) for t in tasks)
+        picks = (at([r for r in every if r.task == t], ours.get(t)) for t in tasks)
         return [r for r in picks if r is not None]
 
     def reason(self, lamp: str, system: str, prefixes: Sequence[str]) -> str:
@@ -111,6 +111,36 @@ def within(series: Sequence[Timed], seconds: float | None) -> Timed | None:
         return None
     able = [s for s in series if seconds is None or s.seconds <= 1.1 * seconds]
     return able[-1] if able else series[0]
+
+
+def at(series: Sequence[Timed], seconds: float | None) -> Timed | None:
+    """What a series comes to in so many seconds: log-log between its steps, as in `reach`.
+
+    The first step if that takes longer, the last if it ends before.
+
+    Arguments:
+        seconds: None for any.
+    """
+    if not series or seconds is None or seconds >= series[-1].seconds:
+        return series[-1] if series else None
+    later = next(n for n, step in enumerate(series) if step.seconds > seconds)
+    if not later:
+        return series[0]
+    one, two = series[later - 1], series[later]
+    t = math.log(seconds / one.seconds) / math.log(two.seconds / one.seconds)
+    return replace(
+        one, seconds=seconds, samples=round(_between(one.samples, two.samples, t)),
+        figures={n: _between(value, two.figures.get(n), t) for n, value in one.figures.items()},
+    )  # fmt: skip
+
+
+def _between(one: Any, two: Any, t: float) -> Any:
+    """A part t of the way from one number to another, by logarithms where both have one sign."""
+    if not all(isinstance(value, int | float) for value in (one, two)):
+        return one
+    if one * two > 0:
+        return one * (two / one) ** t
+    return one + t * (two - one)
 
 
 def _mean(records: list[Record]) -> Step:

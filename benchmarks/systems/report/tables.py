@@ -17,7 +17,7 @@ from benchmarks.systems.report.series import (
     PREFIXES,
     Results,
     Step,
-    within,
+    at,
 )
 
 HEAD = (
@@ -55,7 +55,7 @@ def main(results: Results, systems: Sequence[System]) -> Grid:
 
 
 def equal_time(results: Results, systems: Sequence[System], seconds: Seconds) -> Grid:
-    """The same with the pictures that take no longer than the seconds of a kind and lamp."""
+    """The same for the seconds of a kind and lamp, between the pictures of a series."""
     return _grid(results, systems, seconds)
 
 
@@ -152,7 +152,7 @@ def _step(
 ) -> Step | None:
     steps = results.steps(lamp, name, kind)
     if seconds is not None and (kind, lamp) in seconds:
-        return within(steps, seconds[kind, lamp])
+        return at(steps, seconds[kind, lamp])
     return steps[-1] if steps else None
 
 

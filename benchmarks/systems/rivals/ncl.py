@@ -15,20 +15,21 @@ FEW = 1 << 20  # paths of light for the sphere and the scale; the networks do no
 class Ncl(BundleSystem):
     """A light field on a sphere around the lamp, its transparency, and 16x16 maps of it.
 
-    No public code exists. As in the paper: a proxy sphere; one network for radiance on it, one for
-    what is seen through it; an L2 loss in log(1 + x); targets by path tracing; 16x16 maps by which
-    the scene is lit (our fast mode). Where we differ, in its favour: networks of our sizes and with
-    our grid encodings; maps over the spherical cap instead of a perspective camera, which it fills;
-    their cells sum to the right light.
+    By the paper, without its authors' code: a proxy sphere; one network for radiance on it, one for
+    what is seen through it; an L2 loss in log(1 + x); 16x16 maps by which the scene is lit (our
+    fast mode). Where we differ in its favour: networks of our sizes and with our grid encodings;
+    maps over the spherical cap instead of a perspective camera, which it fills; their cells sum to
+    the right light. To its disfavour: its authors' targets are by bidirectional path tracing, which
+    Mitsuba 3 has not; ours are by path tracing, which finds a filament behind glass only by chance.
+    `NclLightTraced` has targets better than either: what the two have in common is the method's.
 
-    The targets are as many paths as (1/8 of our distillation's rays) x 256. A path tracer finds a
-    filament behind glass only by chance: that is the method, not an economy of ours.
+    The targets are as many paths as (1/8 of our distillation's rays) x 256.
     """
 
     name = "ncl"
     label = (
-        "NCL (Zhu et al. 2021), re-implemented by us from the paper, no public code: light field "
-        "on a sphere, path-traced targets, 16x16 maps"
+        "NCL (Zhu et al. 2021), re-implemented by us from the paper, without its authors' code: "
+        "light field on a sphere, 16x16 maps; targets by path tracing, theirs are bidirectional"
     )
     mode = "fast"
     light_traced = False

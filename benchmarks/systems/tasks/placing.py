@@ -19,6 +19,7 @@ from purelight_format.camera import Camera
 from purelight_format.measures import BoundingSphere
 
 RADIUS = 20.0  # of an enlarged lamp, in m
+CLEAR = 1.75  # radii that what is judged passes the lamp by: beyond a box about its sphere
 ROULETTE = 16  # bounces before it in the open, least noisy at equal time by `benchmarks.roulette`
 
 

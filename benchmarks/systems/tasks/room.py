@@ -26,7 +26,8 @@ WHITE, RED, GREEN = (0.6, 0.58, 0.55), (0.5, 0.07, 0.06), (0.12, 0.4, 0.09)
 class Room(JudgedTask):
     """A Cornell-like box about the lamp with a block in it, and a pinhole camera in a corner.
 
-    Pixels that see the lamp are not judged: a light tracer cannot draw what smooth glass shows.
+    Pixels that see the lamp are not judged: a light tracer cannot draw what smooth glass shows, and
+    what a rival puts around the lamp is not its light.
 
     Arguments:
         size: pixels a side.
@@ -46,7 +47,7 @@ class Room(JudgedTask):
     def mask(self, subject: Subject, scene: Any) -> Mask:
         """Pixels whose rays pass the lamp."""
         about = placing.sphere(subject, RealLamp(subject.scene))
-        return past_lamp(scene.sensors()[0], about)
+        return past_lamp(scene.sensors()[0], about, placing.CLEAR)
 
 
 def parts(unit: float) -> list[Part]:

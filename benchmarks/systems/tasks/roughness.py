@@ -49,7 +49,7 @@ class Roughness(JudgedTask):
     def mask(self, subject: Subject, scene: Any) -> Mask:
         """The strips, but where the lamp is in front of them."""
         about = placing.sphere(subject, RealLamp(subject.scene))
-        return (self.strips() >= 0) & past_lamp(scene.sensors()[0], about)
+        return (self.strips() >= 0) & past_lamp(scene.sensors()[0], about, placing.CLEAR)
 
     def figures(self, subject: Subject, picture: Picture, truth: Truth) -> Figures:
         """By strip: relative error of its mean radiance, and that mean's standard error.

@@ -14,7 +14,7 @@ from PIL import Image
 from benchmarks.systems.own import OWN
 from benchmarks.systems.records import Record, Records
 from benchmarks.systems.report import claims, drawing, report, tables
-from benchmarks.systems.report.series import Results, Step, reach, within
+from benchmarks.systems.report.series import Results, Step, at, reach, within
 from benchmarks.systems.tasks.truth import Truth
 from purelight_format.errors import PureLightError
 from purelight_train.truth.picture import Passes
@@ -71,14 +71,14 @@ def test_table_marks_the_best_and_tells_why_there_is_a_dash() -> None:
     assert grid.markdown().count("\n| ball |") == 4
 
 
-def test_equal_time_takes_what_fits() -> None:
+def test_equal_time_is_between_the_pictures_of_a_series() -> None:
     results = Results(bench())
     seconds = tables.common_seconds(results)
     assert seconds[("illumination", "ball")] == pytest.approx(6.4)
     grid = tables.equal_time(results, OWN, {("illumination", "ball"): 0.65})
     samples = {row[1]: row[grid.head.index("samples")] for row in grid.rows}
     assert samples == {
-        "path": "64", "purelight_accurate": "4", "purelight_fast": "8", "noisy": "4",
+        "path": "64", "purelight_accurate": "6", "purelight_fast": "13", "noisy": "6",
     }  # fmt: skip
 
 
@@ -97,6 +97,21 @@ def test_within_and_reach() -> None:
     flat = [Step(n, n, {"relative_error": 0.5}) for n in (2, 4)]
     assert reach(flat, 0.1) is None
     assert reach([], 0.1) is None
+
+
+def test_a_series_between_its_steps() -> None:
+    steps = [Step(n, 0.1 * n, {"relative_error": 1 / n, "mean": n - 3.0}) for n in (2, 4, 8)]
+    met = at(steps, 0.4 * 2**0.5)
+    assert met is not None
+    assert met.samples == 6
+    assert met.figures["relative_error"] == pytest.approx(0.25 / 2**0.5)
+    assert met.figures["mean"] == pytest.approx(5**0.5)
+    middle = at(steps, 0.2 * 2**0.5)
+    assert middle is not None
+    assert middle.figures["mean"] == pytest.approx(0)  # from -1 to 1
+    assert at(steps, 0.01) == steps[0]
+    assert at(steps, 7) == at(steps, None) == steps[-1]
+    assert at([], 1) is None
 
 
 def test_csv_holds_every_record() -> None:
@@ -304,7 +319,7 @@ def test_floors_are_compared_at_equal_time() -> None:
         found.chosen("ball", "path", "floor", equal_time=equal)[0].samples
         for equal in (False, True)
     )
-    assert (last, equal) == (64, 16)
+    assert (last, equal) == (64, 32)  # in 6.4 s
 
 
 def test_rows_are_chosen_at_equal_time() -> None:

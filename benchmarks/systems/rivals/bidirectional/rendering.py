@@ -20,6 +20,7 @@ from purelight_format.errors import PureLightError
 DEPTH = 32  # vertices of either path
 ROULETTE = 8
 POLL = 0.005  # seconds
+GROWTH = 1.8  # a frame is late by a hair more often than not, and the next is then not twice it
 SETTINGS: dict[str, list[Any]] = {
     "renderengine.type": ["BIDIRCPU"],
     "path.maxdepth": [DEPTH],
@@ -41,8 +42,8 @@ def frames(
     """Pictures of the scene in the folder once they have so many samples a pixel, or more.
 
     LuxCore is only looked at while it renders, so that a frame may have more samples than asked
-    for; one that would have less than twice those of the frame before is left out. Where that
-    leaves but one, a second has twice its samples: noise is told by two.
+    for; one that would have less than `GROWTH` times those of the frame before is left out. Where
+    that leaves but one, a second has twice its samples: noise is told by two.
 
     Arguments:
         engine: BIDIRCPU, or another of LuxCore's to compare with.
@@ -67,7 +68,7 @@ def frames(
         )  # fmt: skip
 
     for wanted in samples:
-        if wanted >= 2 * last:
+        if wanted >= GROWTH * last:
             yield frame(wanted)
     if made == 1 and len(samples) > 1:
         yield frame(2 * last)
