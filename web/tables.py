@@ -25,7 +25,7 @@ from purelight_format.verdict import figures, words
 PATH = Path(__file__).with_name("src") / "format/tables.js"
 BARS = (
     "good", "fair", "resolved", "kept", "clear", "foggy", "smooth", "alike", "pattern", "zone",
-    "grain", "by_heart",
+    "faint", "grain", "by_heart",
 )  # fmt: skip
 HEAD = "// Written by `python -m web.tables` from purelight_format; do not edit.\n"
 

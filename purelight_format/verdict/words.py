@@ -26,6 +26,7 @@ SMOOTH, ALIKE = 0.1, 1.2
 PATTERN = 0.05
 # A zone that is off by more than this, and by more than the light is in general, is worth a word.
 ZONE = 0.03
+FAINT = 1e-3  # share of the light below which a zone is worth none
 # Noise of 64 shadow rays: the root of a variance of 16 over 64 is a half.
 GRAIN = 16.0
 # Nats by which light that was learned from may be likelier; 0.05 are five per cent of density.
@@ -105,7 +106,7 @@ def _zones(verdict: Verdict) -> list[str]:
     return [
         f"{_signed(getattr(told, zone))} {WHERE[zone]} ({_percent(getattr(share, zone))} of it)"
         for zone in ZONES
-        if abs(getattr(told, zone)) > least
+        if abs(getattr(told, zone)) > least and getattr(share, zone) >= FAINT
     ]
 
 

@@ -109,6 +109,9 @@ def test_a_zone_that_is_off_is_named_with_its_light() -> None:
     told = judge(with_mode("accurate", zones=Zones(0.0, -0.01, -0.12)))
     assert "-12 % above it (30 % of it)" in told.lines[0]
     assert "below" not in told.lines[0]
+    off = with_mode("accurate", zones=Zones(0.0, -0.01, -0.12))
+    faint = judge(replace(off, share=Zones(0.5, 0.4995, 0.0005)))
+    assert "above" not in faint.lines[0]
 
 
 @pytest.mark.parametrize(

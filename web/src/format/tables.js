@@ -975,6 +975,7 @@ export const VERDICT = {
     "alike": 1.2,
     "pattern": 0.05,
     "zone": 0.03,
+    "faint": 0.001,
     "grain": 16.0,
     "by_heart": 0.05
   },

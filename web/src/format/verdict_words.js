@@ -49,7 +49,8 @@ function inTheMean({ mean }) {
 /** Where light is off by more than in general. */
 function zones({ accurate, share }) {
   const least = Math.max(bars.zone, accurate.within);
-  return Object.entries(WHERE).filter(([zone]) => Math.abs(accurate.zones[zone]) > least)
+  const worth = (zone) => Math.abs(accurate.zones[zone]) > least && share[zone] >= bars.faint;
+  return Object.entries(WHERE).filter(([zone]) => worth(zone))
     .map(([zone, words]) =>
       `${signed(accurate.zones[zone])} ${words} (${percent(share[zone])} of it)`);
 }
