@@ -49,6 +49,25 @@ def test_polygons_and_indices_counted_back(tmp_path: Path) -> None:
     assert (part.mesh.cross[:, 2] > 0).all()
 
 
+@pytest.mark.parametrize("first", range(8))
+@pytest.mark.parametrize("turned", [1, -1])
+def test_concave_polygons_are_filled_and_no_more(first: int, turned: int, tmp_path: Path) -> None:
+    """A U, with texture coordinates that are its places."""
+    at = [(0, 0), (3, 0), (3, 3), (2, 3), (2, 1), (1, 1), (1, 3), (0, 3)][::turned]
+    rows = "".join(f"v {x / 10} {y / 10} 0\nvt {x / 10} {y / 10}\n" for x, y in at)
+    face = " ".join(f"{k}/{k}" for k in np.roll(np.arange(1, 9), first))
+    (part,) = parts(tmp_path, f"{rows}f {face}\n").values()
+    assert part.mesh.area == pytest.approx(0.07)
+    assert (turned * part.mesh.cross[:, 2] > 0).all()
+    assert part.mesh.uv is not None
+    np.testing.assert_allclose(part.mesh.uv * [1, -1] + [0, 1], part.mesh.positions[:, :2])
+
+
+def test_a_polygon_with_a_corner_that_is_no_number(tmp_path: Path) -> None:
+    (part,) = parts(tmp_path, f"{VERTICES}v nan 0 0\nf 1 2 3 4\nf 1 2 6 5 4\n").values()
+    assert 1 <= part.mesh.area <= 2
+
+
 def test_texture_coordinates_and_normals_by_corner(tmp_path: Path) -> None:
     text = f"{VERTICES}vt 0 0\nvt 1 0.25\nvn 0 0 1\nf 1/1/1 2/2/1 3/1/1\nf 1/2/1 3/1/1 4/1/1\n"
     (part,) = parts(tmp_path, text).values()
@@ -180,7 +199,7 @@ def test_pictures_that_nothing_places_are_their_means(tmp_path: Path) -> None:
     lamp, _ = read_lamp(tmp_path / "lamp.obj", Options(units="m", up="z"))
     (part,) = lamp.parts
     assert isinstance(part.material, Material)
-    np.testing.assert_allclose(part.radiance, [0.25, 0, 0.25])
+    np.testing.assert_allclose(part.radiance, [0.0625, 0, 0.0625])  # of a quarter of the surface
     np.testing.assert_allclose(part.material.base_color, [0.2, 0, 0.2])
     assert part.material.normal is None
     assert any("without a known place" in line for line in lamp.notes.lines())

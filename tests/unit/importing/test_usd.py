@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 import shutil
 import zipfile
 from pathlib import Path
@@ -29,6 +30,8 @@ LIGHT = """
     }}
 """
 
+
+U = [(3, 3), (2, 3), (2, 1), (1, 1), (1, 3), (0, 3), (0, 0), (3, 0)]
 
 pytestmark = pytest.mark.usefixtures("at_once")
 
@@ -103,6 +106,21 @@ def test_what_is_invisible_or_a_guide_is_left_out(tmp_path: Path) -> None:
     guide = hidden.replace('token visibility = "invisible"', 'uniform token purpose = "guide"')
     path.write_text(path.read_text().replace(hidden, guide))
     assert [part.name for part in read_usd(path).parts] == ["Bulb"]
+
+
+@pytest.mark.parametrize(("orientation", "up"), [("rightHanded", 1), ("leftHanded", -1)])
+def test_concave_polygons_are_filled_and_no_more(orientation: str, up: int, tmp_path: Path) -> None:
+    """A dart of 6 m² and a U of 7 m², from corners that do not see all the others."""
+    dart = [(2, -1, 0), (0, 3, 0), (-2, -1, 0), (0, 0, 0)]
+    u = [(x + 10, y, 0) for x, y in U]
+    path = usd.write(tmp_path, [model.base()], scale=1.0, up="Z")
+    counts = f'uniform token orientation = "{orientation}"\n        int[] faceVertexCounts = [4, 8]'
+    text = re.sub(r"int\[\] faceVertexCounts = .*", counts, path.read_text())
+    text = re.sub(r"(faceVertexIndices) = .*", rf"\1 = {list(range(12))}", text)
+    path.write_text(re.sub(r"(point3f\[\] points) = .*", rf"\1 = {dart + u}", text))
+    (part,) = read_usd(path).placed().parts
+    assert part.mesh.area == pytest.approx(13)
+    assert (up * part.mesh.cross[:, 2] > 0).all()
 
 
 READER = """

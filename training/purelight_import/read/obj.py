@@ -23,6 +23,7 @@ from purelight_import.model.mesh import Mesh
 from purelight_import.read.beside import beside
 from purelight_import.read.build import Builder
 from purelight_import.read.mtl import Library, read_mtl
+from purelight_mitsuba.usd_scene.cutting import cut
 
 Key = tuple[str, str, str]  # object, group, material
 
@@ -154,13 +155,14 @@ def _array(values: list[list[float]], width: int) -> NDArray[np.float64]:
 def _add(
     reading: _Reading, key: Key, faces: _Faces, arrays: dict[str, NDArray[np.float64]]
 ) -> None:
-    """Adds one part: its polygons as fans of triangles."""
+    """Adds one part: its polygons cut into triangles."""
     name, group, material_name = key
     corners = np.array(faces.corners, np.int64)
     unique, index = np.unique(corners, axis=0, return_inverse=True)
-    triangles = index.reshape(-1)[fans(np.array(faces.counts))]
     if len(unique) and unique[:, 0].max() >= len(arrays["v"]):
         raise ValueError("a face names vertices that are not there")
+    _, three = cut(np.array(faces.counts), corners[:, 0], arrays["v"])
+    triangles = index.reshape(-1)[three]
     uv = _picked(arrays["vt"], unique[:, 1])
     if uv is not None:
         uv[:, 1] = 1 - uv[:, 1]  # The origin of OBJ's is the lower left corner.
@@ -179,12 +181,3 @@ def _picked(values: NDArray[np.float64], index: NDArray[np.int64]) -> NDArray[np
     if not len(index) or index.min() < 0 or index.max() >= len(values):
         return None
     return values[index].copy()
-
-
-def fans(counts: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Corners [T, 3] of a fan of triangles for each polygon of so many corners."""
-    triangles = counts - 2
-    polygon = np.repeat(np.arange(len(counts)), triangles)
-    start = (np.cumsum(counts) - counts)[polygon]
-    step = np.arange(len(polygon)) - (np.cumsum(triangles) - triangles)[polygon]
-    return np.stack((start, start + step + 1, start + step + 2), 1)

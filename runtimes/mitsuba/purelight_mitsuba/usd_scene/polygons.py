@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from purelight_mitsuba.usd_scene.corners import Corners, at_corners, fans
+from purelight_mitsuba.usd_scene.corners import Corners, at_corners
+from purelight_mitsuba.usd_scene.cutting import cut
 from purelight_mitsuba.usd_scene.values import Values
 
 
@@ -34,8 +35,8 @@ class Polygons:
     uv_interpolation: str = ""
 
     def triangles(self, holes: np.ndarray) -> Corners:
-        """The polygons cut into fans of triangles, without those whose parents are holes."""
-        polygon, corner = fans(self.counts)
+        """The polygons cut into triangles, without those whose parents are holes."""
+        polygon, corner = cut(self.counts, self.vertex, self.position)
         keep = ~np.isin(self.parent[polygon], holes)
         polygon, corner = polygon[keep], corner[keep]
         normal, uv = (None if a is None else a[corner] for a in (self.normal, self.uv))
