@@ -162,3 +162,25 @@ def test_light_that_leaves_is_counted_by_emitter(mitsuba: Any, tmp_path: Path) -
     expected = [[100 * area] * 3, [3 * area, 2 * area, area]]
     np.testing.assert_allclose(found.emitted, expected, rtol=1e-4)
     np.testing.assert_allclose(found.left, [[0, 0, 0], expected[1]], rtol=0.02)
+
+
+def test_a_painted_mesh_beside_a_point_light(mitsuba: Any, tmp_path: Path) -> None:
+    """Mitsuba cannot draw rays of it, and asks it all the same when it draws those of a point."""
+    mesh = mitsuba.Mesh("sign", 3, 1)
+    parameters = mitsuba.traverse(mesh)
+    parameters["vertex_positions"] = [0, 0, 0, 1, 0, 0, 0, 1, 0]
+    parameters["faces"] = [0, 1, 2]
+    parameters.update()
+    mesh.add_attribute("vertex_color", 3, [1.0] * 9)
+    mesh.write_ply(str(tmp_path / "sign.ply"))
+    paint = '<texture type="mesh_attribute" name="radiance"><string name="name" value="{}"/>'
+    sign = (
+        '<shape type="ply"><string name="filename" value="sign.ply"/><emitter type="area">'
+        f"{paint.format('vertex_color')}</texture></emitter></shape>"
+    )
+    point = '<emitter type="point" id="Spark"><rgb name="intensity" value="1"/></emitter>'
+    (tmp_path / "lamp.xml").write_text(f'<scene version="3.0.0">{sign}{point}</scene>')
+    from purelight_import.sanity import doubts as doubts_of
+
+    found = doubts_of(mitsuba.load_file(str(tmp_path / "lamp.xml")))
+    assert any("'Spark'" in line for line in found)

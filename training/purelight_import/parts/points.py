@@ -53,8 +53,11 @@ def _part(point: PointLight, radius: float) -> Part:
 def spot_solid_angle(inner: float, outer: float) -> float:
     """Solid angle of a spot's cone weighted by its falloff (KHR_lights_punctual).
 
-    The falloff is the square of (cos θ - cos outer) / (cos inner - cos outer), cut to [0, 1].
+    The falloff is the square of (cos θ - cos outer) / (cos inner - cos outer), cut to [0, 1]; of
+    equal angles it is an edge, by which other formats say how large their own falloff's is.
     """
+    if inner >= outer:
+        return float(2 * np.pi * (1 - np.cos(outer)))
     cosine = np.linspace(np.cos(outer), 1, STEPS)
     width = max(np.cos(inner) - np.cos(outer), 1e-3)
     falloff = np.clip((cosine - np.cos(outer)) / width, 0, 1) ** 2

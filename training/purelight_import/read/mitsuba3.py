@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import xml.etree.ElementTree as ET
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,7 @@ import numpy as np
 from purelight_format.errors import PureLightError
 from purelight_import.model.frame import Frame
 from purelight_import.model.lamp import Lamp, PointLight
-from purelight_import.model.material import Verbatim
+from purelight_import.model.material import RGB, Verbatim
 from purelight_import.model.mesh import Mesh
 from purelight_import.read import mitsuba05, mitsuba_files, mitsuba_meshes, mitsuba_xml
 from purelight_import.read.build import Builder
@@ -25,6 +26,7 @@ SKIES = {
     "collimated",
 }  # fmt: skip
 ALL_ROUND = {"point", "spot"}
+RAYS = 128  # along each side of a grid over a spot's picture
 
 
 def read_mitsuba(path: Path) -> Lamp:
@@ -68,19 +70,46 @@ def _add_point(emitter: ET.Element, mi: Any, builder: Builder) -> None:
     if kind not in ALL_ROUND:
         builder.notes(f"emitters of the type {kind[:40]} are left out", emitter.get("id", ""))
         return
-    loaded = load(mi, emitter)
-    parameters = mi.traverse(loaded)
-    if kind == "point":
-        at, forward, cone = np.array(parameters["position"]).ravel(), np.array([0.0, 0, -1]), None
-    else:
-        matrix = np.array(parameters["to_world"].matrix, np.float64).reshape(4, 4)
-        at, forward = matrix[:3, 3], matrix[:3, 2] / np.linalg.norm(matrix[:3, 2])
-        angles = (float(parameters["beam_width"]), float(parameters["cutoff_angle"]))
-        cone = (min(np.radians(angles)), max(np.radians(angles)))
-    value = np.broadcast_to(np.array(parameters["intensity.value"], np.float64).ravel(), 3)
-    r, g, b = value.tolist()
-    name = builder.name(emitter.get("id") or kind)
-    builder.points.append(PointLight(name, at.astype(np.float64), (r, g, b), forward, cone))
+    loaded, name = load(mi, emitter), builder.name(emitter.get("id") or kind)
+    light = (_point if kind == "point" else _spot)(name, mi.traverse(loaded))
+    if any(e.get("name") == "texture" for e in emitter):
+        builder.notes("of a spot's picture only the mean is taken", name)
+        light = replace(light, intensity=_mean_intensity(loaded, light, mi))
+    builder.points.append(light)
+
+
+def _point(name: str, parameters: Any) -> PointLight:
+    return PointLight(name, np.array(parameters["position"], np.float64).ravel(), _rgb(parameters))
+
+
+def _spot(name: str, parameters: Any) -> PointLight:
+    """A spot as an even cone of its light.
+
+    Mitsuba's falloff from beam width to cutoff is linear in the angle, so that the solid angle is
+    2π(1 - m), where m is the mean of the cosine between them.
+    """
+    matrix = np.array(parameters["to_world"].matrix, np.float64).reshape(4, 4)
+    forward = matrix[:3, 2] / np.linalg.norm(matrix[:3, 2])
+    beam, cutoff = (np.radians(float(parameters[k])) for k in ("beam_width", "cutoff_angle"))
+    mean = np.cos((cutoff + beam) / 2) * np.sinc((cutoff - beam) / (2 * np.pi))
+    cone = (float(np.arccos(mean)),) * 2
+    return PointLight(name, matrix[:3, 3], _rgb(parameters), forward, cone)
+
+
+def _rgb(parameters: Any) -> RGB:
+    value = np.array(parameters["intensity.value"], np.float64).ravel()
+    r, g, b = np.broadcast_to(value, 3).tolist()
+    return r, g, b
+
+
+def _mean_intensity(emitter: Any, spot: PointLight, mi: Any) -> RGB:
+    """Of a spot with a picture, from an even grid of its rays: W/sr over its even cone."""
+    assert spot.cone is not None
+    place = [(k + 0.5) / RAYS for k in range(RAYS)]
+    rays = (emitter.sample_ray(0, 0.5, (u, v), (u, v)) for u in place for v in place)
+    power = np.array([mi.Color3f(weight) for _, weight in rays], np.float64).mean(0)
+    r, g, b = (power / (2 * np.pi * (1 - np.cos(spot.cone[1])))).tolist()
+    return r, g, b
 
 
 def _add_shape(shape: ET.Element, mi: Any, builder: Builder) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import drjit as dr
 import mitsuba as mi
@@ -39,10 +40,9 @@ def leaving(subject: Subject, seed: int = 0, paths: int = PATHS) -> Leaving:
     sampler.seed(seed, count * each)
     index = dr.arange(mi.UInt32, count * each) // each
     emitter = dr.gather(mi.EmitterPtr, scene.emitters_dr(), index)
-    shape = dr.gather(mi.ShapePtr, subject.emitter_shapes, index)
-    ray, weight, sized = _emit(subject, emitter, shape, sampler)
+    ray, weight, sized = _emit(subject, index, emitter, sampler)
     weight = dr.select(dr.all(dr.isfinite(weight)), weight, 0)
-    thin = ~sized & ~mi.has_flag(emitter.flags(), mi.EmitterFlags.SpatiallyVarying)
+    thin = ~sized & mi.has_flag(emitter.flags(), mi.EmitterFlags.DeltaPosition)
     left, sharp = _walk(scene, subject.extent, sampler, ray, weight, thin)
     dr.eval(weight, left, sharp)  # once, or each array below would run the loop again
     return Leaving(_sums(weight, each), _sums(left, each), _sums(dr.select(sharp, left, 0), each))
@@ -85,10 +85,11 @@ def _walk(
 
 
 def _emit(
-    subject: Subject, emitter: mi.EmitterPtr, shape: mi.ShapePtr, sampler: mi.Sampler
+    subject: Subject, index: mi.UInt32, emitter: mi.EmitterPtr, sampler: mi.Sampler
 ) -> tuple[mi.Ray3f, mi.Color3f, mi.Bool]:
     """Rays from emitters, W per channel of each, and whether the emitters have an area."""
     place, turn = sampler.next_2d(), sampler.next_2d()
+    shape = dr.gather(mi.ShapePtr, subject.emitter_shapes, index)
     sized = shape != dr.zeros(mi.ShapePtr)
     point = shape.sample_position(mi.Float(0), place, sized)
     si = mi.SurfaceInteraction3f(point, mi.Color0f())
@@ -96,10 +97,27 @@ def _emit(
     direction = si.to_world(si.wi)
     ray = lifted(si.p, si.n, direction, subject.extent)
     weight = emitter.eval(si, sized) * (dr.pi * dr.rcp(point.pdf))
-    if not bool(dr.all(sized)):
-        other, value = emitter.sample_ray(mi.Float(0), sampler.next_1d(), place, turn, ~sized)
-        ray, weight = dr.select(sized, ray, other), dr.select(sized, weight, value)
+    if bool(dr.all(sized)):
+        return ray, weight, sized
+    choice, emitters = sampler.next_1d(), subject.scene.emitters()
+    for one, mine in _bare(emitter, emitters, index, sized):
+        other, value = one.sample_ray(mi.Float(0), choice, place, turn, mine)
+        ray, weight = dr.select(mine, other, ray), dr.select(mine, value, weight)
     return ray, weight, sized
+
+
+def _bare(
+    emitter: mi.EmitterPtr, emitters: list[mi.Emitter], index: mi.UInt32, sized: mi.Bool
+) -> list[tuple[Any, mi.Bool]]:
+    """Emitters without an area, and which of the rays are theirs.
+
+    One by one where a mesh shines in colours of its own: `EmitterPtr.sample_ray` asks every
+    emitter, and such a mesh cannot tell.
+    """
+    if not any("MeshAttribute[" in str(one) for one in emitters):
+        return [(emitter, ~sized)]
+    bare = [n for n, one in enumerate(emitters) if one.get_shape() is None]
+    return [(emitters[n], index == n) for n in bare]
 
 
 def _sums(weight: mi.Color3f, each: int) -> Floats:

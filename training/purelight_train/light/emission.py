@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, replace
+from typing import Any
 
 import drjit as dr
 import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
+from purelight_format.errors import PureLightError
 from purelight_train.light.rays import leave
 
 PILOT_RAYS = 1 << 16
 LEAST_PILOT_RAYS = 64
 UNIFORM_SHARE = 0.01  # keeps emitters that the pilot misjudged
+PAINT = re.compile(r'MeshAttribute\[\s*name = "(.*)"')  # in what Mitsuba says of an emitter
 
 
 @dataclass
@@ -41,12 +45,15 @@ class Emission:
         shapes: the shape of each, null without: [E].
         extent: size of the scene (`rays.scene_extent`).
         probability: [E], sums to one.
+        painted: by the number of an emitter, the areas of the faces of a mesh that shines in
+            colours of its own vertices or faces.
     """
 
     emitters: mi.EmitterPtr
     shapes: mi.ShapePtr
     extent: mi.Float
     probability: NDArray[np.float64]
+    painted: dict[int, mi.DiscreteDistribution]
 
     @staticmethod
     def of(scene: mi.Scene, extent: mi.Float) -> Emission:
@@ -57,7 +64,7 @@ class Emission:
         """
         emitters = scene.emitters_dr()
         even = np.full(len(emitters), 1 / len(emitters))
-        uniform = Emission(emitters, emitter_shapes(scene), extent, even)
+        uniform = Emission(emitters, emitter_shapes(scene), extent, even, _painted(scene))
         return replace(uniform, probability=_probability(uniform.power()))
 
     def at(self, index: mi.UInt32) -> tuple[mi.EmitterPtr, mi.ShapePtr]:
@@ -96,8 +103,7 @@ class Emission:
         index = mi.UInt32(sampler.next_1d() * len(self.probability))
         emitter, shape = self.at(index)
         area_light = shape != dr.zeros(mi.ShapePtr)
-        point = shape.sample_position(mi.Float(0), sampler.next_2d(), area_light)
-        si = mi.SurfaceInteraction3f(point, mi.Color0f())
+        si, _ = self.place(index, sampler.next_2d())
         si.wi = mi.Vector3f(0, 0, 1)
         value = dr.select(area_light, emitter.eval(si, area_light), dr.inf)
         return np.array(dr.max(value, axis=1), np.float64).reshape(3)
@@ -109,6 +115,21 @@ class Emission:
         emitted = self._emit(index, sampler)
         return replace(emitted, weight=emitted.weight / probability)
 
+    def place(
+        self, index: mi.UInt32, sample: mi.Point2f
+    ) -> tuple[mi.SurfaceInteraction3f, mi.Float]:
+        """A point on the shapes of emitters of given numbers, and its density per area.
+
+        It lacks `wi`, and holds nothing for emitters without a shape.
+        """
+        _, shape = self.at(index)
+        point = shape.sample_position(mi.Float(0), sample, shape != dr.zeros(mi.ShapePtr))
+        si = mi.SurfaceInteraction3f(point, mi.Color0f())
+        si.shape = shape
+        for number, areas in self.painted.items():
+            si = dr.select(index == number, _on_a_face(shape, areas, sample, index == number), si)
+        return si, point.pdf
+
     def _emit(self, index: mi.UInt32, sampler: mi.Sampler) -> Emitted:
         """Draw point and direction for emitters of given numbers.
 
@@ -118,18 +139,32 @@ class Emission:
         """
         position, direction = sampler.next_2d(), sampler.next_2d()
         emitter, shape = self.at(index)
-        area_light = shape != dr.zeros(mi.ShapePtr)
-        point = shape.sample_position(mi.Float(0), position, area_light)
-        si = mi.SurfaceInteraction3f(point, mi.Color0f())
+        nothing = dr.zeros(mi.ShapePtr)
+        area_light = shape != nothing
+        si, density = self.place(index, position)
         si.wi = mi.warp.square_to_cosine_hemisphere(direction)
         ray = leave(si.p, si.n, si.to_world(si.wi), self.extent)
-        weight = emitter.eval(si, area_light) * (dr.pi * dr.rcp(point.pdf))
-        if not bool(dr.all(self.shapes != dr.zeros(mi.ShapePtr))):
-            other, value = emitter.sample_ray(
-                mi.Float(0), sampler.next_1d(), position, direction, ~area_light
-            )
-            ray, weight = dr.select(area_light, ray, other), dr.select(area_light, weight, value)
+        weight = emitter.eval(si, area_light) * (dr.pi * dr.rcp(density))
+        choice = mi.Float(0) if bool(dr.all(self.shapes != nothing)) else sampler.next_1d()
+        for one, mine in self._bare(index, emitter, ~area_light):
+            other, value = one.sample_ray(mi.Float(0), choice, position, direction, mine)
+            ray, weight = dr.select(mine, other, ray), dr.select(mine, value, weight)
         return Emitted(ray, emitter, shape, weight)
+
+    def _bare(
+        self, index: mi.UInt32, emitter: mi.EmitterPtr, bare: mi.Bool
+    ) -> list[tuple[Any, mi.Bool]]:
+        """Emitters without a shape, and which of the rays are theirs.
+
+        One by one where a mesh is painted: `EmitterPtr.sample_ray` asks every emitter, and such a
+        mesh cannot tell.
+        """
+        shapeless = [number for number, shape in enumerate(self.shapes) if shape is None]
+        if not shapeless:
+            return []
+        if not self.painted:
+            return [(emitter, bare)]
+        return [(self.emitters[number], index == number) for number in shapeless]
 
 
 def emitter_shapes(scene: mi.Scene) -> mi.ShapePtr:
@@ -139,6 +174,58 @@ def emitter_shapes(scene: mi.Scene) -> mi.ShapePtr:
     that outlived its shape.
     """
     return mi.ShapePtr([emitter.get_shape() for emitter in scene.emitters()])
+
+
+def _painted(scene: mi.Scene) -> dict[int, mi.DiscreteDistribution]:
+    """See `Emission`; other emitters need no face to know their radiance.
+
+    Raises:
+        PureLightError: there are no such colours, and Mitsuba would take them for black.
+    """
+    found = {}
+    for number, emitter in enumerate(scene.emitters()):
+        if name := PAINT.search(str(emitter)):
+            shape = emitter.get_shape()
+            if shape is None or not _has_colors(shape, name[1]):
+                named = emitter.id() if shape is None else shape.id()
+                raise PureLightError(
+                    f"emitter '{named}' shines in '{name[1]}', which it does not have; give its "
+                    "mesh an attribute of that name with one number or three"
+                )
+            if "faces" in mi.traverse(shape):
+                found[number] = _face_areas(shape)
+    return found
+
+
+def _has_colors(shape: mi.Shape, name: str) -> bool:
+    """Whether a shape has an attribute of one number or three, or a picture in place of one."""
+    parameters = mi.traverse(shape)
+    if name not in parameters:
+        return bool(dr.all(shape.has_attribute(name)))
+    count = shape.vertex_count() if name.startswith("vertex_") else shape.face_count()
+    return len(parameters[name]) in (count, 3 * count)
+
+
+def _face_areas(mesh: mi.Mesh) -> mi.DiscreteDistribution:
+    """Of the faces of a mesh, twice their areas, by which they are drawn."""
+    parameters = mi.traverse(mesh)
+    vertices = np.array(parameters["vertex_positions"], np.float64).reshape(-1, 3)
+    a, b, c = vertices[np.array(parameters["faces"]).reshape(-1, 3).T]
+    twice = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    return mi.DiscreteDistribution(mi.Float(twice.astype(np.float32)))
+
+
+def _on_a_face(
+    shape: mi.ShapePtr, areas: mi.DiscreteDistribution, sample: mi.Point2f, active: mi.Bool
+) -> mi.SurfaceInteraction3f:
+    """An even point of a mesh, with its face, which `sample_position` does not tell."""
+    hit = dr.zeros(mi.PreliminaryIntersection3f)  # of a ray that ends there
+    hit.prim_index, rest = areas.sample_reuse(sample.y, active)
+    hit.prim_uv = mi.warp.square_to_uniform_triangle(mi.Point2f(sample.x, rest))
+    hit.shape, hit.valid, hit.t = shape, active, mi.Float(0)
+    si = hit.compute_surface_interaction(dr.zeros(mi.Ray3f), mi.RayFlags.All, active)
+    si.sh_frame = mi.Frame3f(si.n)
+    return si
 
 
 def _probability(power: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -143,7 +143,7 @@ def trace_paths(lamp: Lamp, sampler: mi.Sampler, visit: Visit | None = None) -> 
     fate = dr.select(dr.isfinite(emitted), mi.UInt32(ABSORBED), BROKEN)
     sharp = start.shape == dr.zeros(mi.ShapePtr)
     # Rays of a ray file are samples of a source that has an area
-    needle = sharp & ~mi.has_flag(start.emitter.flags(), mi.EmitterFlags.SpatiallyVarying)
+    needle = sharp & mi.has_flag(start.emitter.flags(), mi.EmitterFlags.DeltaPosition)
     active = emitted > 0
     while active:
         si = lamp.scene.ray_intersect(ray, mi.RayFlags.All, coherent=False, active=active)

@@ -95,18 +95,15 @@ class _Exposure:
         emission, scene = self.lamp.emission, self.lamp.scene
         choice = mi.DiscreteDistribution(mi.Float(emission.probability.astype(np.float32)))
         index, probability = choice.sample_pmf(sampler.next_1d())
-        emitter, shape = emission.at(index)
-        point = shape.sample_position(
-            mi.Float(0), sampler.next_2d(), shape != dr.zeros(mi.ShapePtr)
-        )
-        si = mi.SurfaceInteraction3f(point, mi.Color0f())
+        emitter, _ = emission.at(index)
+        si, density = emission.place(index, sampler.next_2d())
         for film in self.films:
             target = film.point(sampler.next_2d())
             direction = dr.normalize(target - si.p)
             si.wi = si.to_local(direction)
             cosine = mi.Frame3f.cos_theta(si.wi)
-            lit = (cosine > 0) & (point.pdf > 0)
-            value = emitter.eval(si, lit) * (cosine / (point.pdf * probability))
+            lit = (cosine > 0) & (density > 0)
+            value = emitter.eval(si, lit) * (cosine / (density * probability))
             lit &= ~scene.ray_test(leave(si.p, si.n, direction, self.lamp.extent), lit)
             film.join(target, si.p, value, lit)
 
