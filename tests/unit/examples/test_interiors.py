@@ -55,6 +55,8 @@ def test_lamps_meet_nothing(room: Interior, tmp_path: Path) -> None:
     corners = boxes(room)
     first, last = np.triu_indices(8, 1)
     a, b = corners[:, first].reshape(-1, 3), corners[:, last].reshape(-1, 3)
+    apart = (a != b).any(1)  # LEDs are flat
+    a, b = a[apart], b[apart]
     assert not np.array(bare.ray_test(segments(mi, a, b))).any()
     sunk = a - (0, 0, 3.0)  # the same, moved through the floor
     assert np.array(bare.ray_test(segments(mi, a, sunk))).all()
