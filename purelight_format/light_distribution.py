@@ -33,7 +33,8 @@ def bundle_photometry(bundle: Bundle) -> LampPhotometry:
     surface = bundle.surface()
     opening = luminous_opening(surface.positions, surface.triangles, surface.triangle_flux)
     table = read_ies(bundle.read(PHOTOMETRY), bundle.manifest.name)
-    return LampPhotometry(bundle.manifest.name, table, opening)
+    lengthwise = 0.0 if opening.width > opening.length else 90.0
+    return LampPhotometry(bundle.manifest.name, table, opening, lengthwise=lengthwise)
 
 
 def photometry_json(lamp: LampPhotometry) -> dict[str, Any]:

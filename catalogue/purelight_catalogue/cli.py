@@ -68,7 +68,7 @@ def _plan(
     for entry in entries:
         try:
             work[entry.name] = jobs_of(entry, settings)
-        except (PureLightError, OSError) as error:
+        except (PureLightError, OSError, ValueError) as error:  # Of names that no system has
             faults[entry.name] = str(error)
     return work, faults
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import io
 import json
 import re
 from collections import Counter
@@ -87,10 +88,10 @@ def _rows(table: Path) -> Iterator[dict[str, Any]]:
     try:
         text = table.read_text(encoding="utf-8-sig")
         if table.suffix.lower() == ".csv":
-            yield from csv.DictReader(text.splitlines(), strict=True)
+            yield from csv.DictReader(io.StringIO(text), strict=True)
         else:
-            yield from (json.loads(line) for line in text.splitlines() if line.strip())
-    except (ValueError, csv.Error) as error:
+            yield from (json.loads(line) for line in text.split("\n") if line.strip())
+    except (ValueError, RecursionError, csv.Error) as error:
         raise PureLightError(f"{table}: not a table: {error}") from None
 
 
@@ -106,16 +107,18 @@ def _of_row(row: Any, number: int, table: Path) -> Entry:
     if "file" not in known:
         raise PureLightError(f"{where}: has no 'file'")
     file = table.parent / str(known["file"])
-    options = {key: _words(key, known[key]) for key in OPTIONS if key in known}
+    options = {key: _words(key, known[key], where) for key in OPTIONS if key in known}
     return Entry(
         file_name(str(known.get("name", file.stem))), file, options,
         _number(known, "lumens", where), _number(known, "target_error", where),
     )  # fmt: skip
 
 
-def _words(key: str, value: Any) -> tuple[str, ...]:
+def _words(key: str, value: Any, where: str) -> tuple[str, ...]:
     """Values of an option; in CSV, those that may be many are parted by semicolons."""
     if isinstance(value, list):
+        if len(value) > 1 and key not in PLURAL:
+            raise PureLightError(f"{where}: {key} takes one value, not {len(value)}")
         return tuple(map(str, value))
     return tuple(filter(None, str(value).split(";"))) if key in PLURAL else (str(value),)
 

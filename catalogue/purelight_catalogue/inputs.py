@@ -43,7 +43,7 @@ def input_digest(path: Path) -> str:
         waiting += [p for p in found if p.suffix.lower() in NAMING]
     digest = hashlib.sha256()
     for label, content in sorted((_label(file, path.parent), _digest(file)) for file in named):
-        digest.update(label.encode() + b"\0" + content)
+        digest.update(os.fsencode(label) + b"\0" + content)
     return digest.hexdigest()
 
 
@@ -57,10 +57,29 @@ def _named(path: Path, others: set[Path]) -> set[Path]:
     data = path.read_bytes()
     if data.startswith(CRATE):
         return _named_in_crate(path, others)
+    spelled: dict[bytes, set[Path]] = {}
+    for other in others:
+        for name in (os.fsencode(other.name), _quoted(other, path)):
+            spelled.setdefault(name, set()).add(other)
     found: set[Path] = set()
     for text in _readings(path, data):
-        found |= {p for p in others - found if p.name.encode() in text or _quoted(p, path) in text}
+        for name in _occurring(set(spelled), text):
+            found |= spelled[name]
     return found
+
+
+def _occurring(names: set[bytes], text: bytes) -> Iterator[bytes]:
+    """Those of many names that occur in a text, looked for by their few endings."""
+    lengths: dict[bytes, set[int]] = {}
+    for name in names:
+        stem, dot, ending = name.rpartition(b".")
+        lengths.setdefault(dot + ending if stem else name, set()).add(len(name))
+    for ending, sizes in lengths.items():
+        end = text.find(ending)
+        while end >= 0:
+            end += len(ending)
+            yield from (part for size in sizes if (part := text[max(end - size, 0) : end]) in names)
+            end = text.find(ending, end - len(ending) + 1)
 
 
 def _elsewhere(path: Path) -> set[Path]:
@@ -96,7 +115,7 @@ def _readings(path: Path, data: bytes) -> Iterator[bytes]:
 def _quoted(other: Path, path: Path) -> bytes:
     """Another file's name as JSON has it, in a file that is JSON."""
     if path.suffix.lower() not in JSON:
-        return other.name.encode()
+        return os.fsencode(other.name)
     return json.dumps(other.name)[1:-1].encode()
 
 

@@ -1,7 +1,8 @@
 """Tables that were measured about another axis: LM-63 types A and B as type C.
 
-The beam axis (both angles 0) becomes nadir, the horizontal angle turns towards +X (C0), the
-vertical one towards +Y (C90), as in EN 13032-1, annex on coordinate systems.
+The beam axis (both angles 0) becomes nadir. In LM-63 photometric horizontal is at H 0, V 90 of type
+B and lies in the plane of zero degrees of type C: the vertical angle turns towards +X (C0), the
+horizontal one, clockwise, towards -Y (C270). EN 13032-1 has its B planes a quarter turn from there.
 """
 
 from __future__ import annotations
@@ -57,5 +58,5 @@ def _angles_of(kind: int, polar: np.ndarray, azimuth: np.ndarray) -> tuple[np.nd
     x, y = np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi)
     down = np.cos(theta)
     if kind == TYPE_A:
-        return np.degrees(np.arcsin(np.clip(y, -1, 1))), np.degrees(np.arctan2(x, down))
-    return np.degrees(np.arctan2(y, down)), np.degrees(np.arcsin(np.clip(x, -1, 1)))
+        return np.degrees(np.arcsin(np.clip(x, -1, 1))), np.degrees(np.arctan2(-y, down))
+    return np.degrees(np.arctan2(x, down)), np.degrees(np.arcsin(np.clip(-y, -1, 1)))

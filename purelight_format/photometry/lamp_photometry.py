@@ -19,6 +19,7 @@ class LampPhotometry:
         lamp_lumens: flux of the bare lamps, if the file tells it.
         watts: input power, 0 if the file does not tell it.
         notes: what a reader should know: assumptions, and repairs of the file.
+        lengthwise: plane C of the luminaire's length: 90, as EULUMDAT has it, or 0, as LM-63.
     """
 
     name: str
@@ -27,3 +28,4 @@ class LampPhotometry:
     lamp_lumens: float | None = None
     watts: float = 0.0
     notes: tuple[str, ...] = ()
+    lengthwise: float = 90.0

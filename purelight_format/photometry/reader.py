@@ -18,7 +18,8 @@ from purelight_format.photometry.text import lines_of
 
 TILT = re.compile(r"\s*TILT\s*=\s*(.*?)\s*", re.IGNORECASE)
 KEYWORD = re.compile(r"\s*\[(\w+)\]\s*(.*)")
-NEWER = re.compile(r"LM-63-(20\d\d)")  # Their 12th number is no factor any more.
+NEWER = re.compile(r"LM-63-20\d\d")  # Which give two diameters of what is round
+UNUSED = re.compile(r"LM-63-(1995|20\d\d)")  # Whose 12th number is no factor any more
 FEET, METRES = 0.3048, 1.0
 
 
@@ -46,7 +47,7 @@ def ies_photometry(data: bytes, name: str) -> LampPhotometry:
     """Reads IES LM-63 text as it comes.
 
     Candela are those of the luminaire with its lamps: the file's values times its multiplier and
-    its ballast factor, and before 2002 times its ballast-lamp factor. How a lamp behaves when it is
+    its ballast factor, and before 1995 times its ballast-lamp factor. How a lamp behaves when it is
     tilted (TILT) is not applied: the luminaire hangs as it was measured.
 
     Arguments:
@@ -68,7 +69,7 @@ class _Text:
         tilt: NONE, INCLUDE or a file's name.
         values: what follows, without the lamp's behaviour under tilt: as many as are announced.
         notes: about repairs.
-        old: whether the edition is one in which the 12th number is the ballast-lamp factor.
+        edition: the first line, which tells the edition.
     """
 
     name: str
@@ -76,7 +77,7 @@ class _Text:
     tilt: str
     values: np.ndarray
     notes: tuple[str, ...]
-    old: bool
+    edition: str
 
     @staticmethod
     def of(data: bytes, name: str) -> _Text:
@@ -89,8 +90,7 @@ class _Text:
         words = _keywords(lines[:place])
         values, notes = table_numbers("\n".join(lines[place + 1 :]), tilt, name)
         called = words.get("LUMINAIRE") or words.get("LUMCAT") or name
-        old = not NEWER.search(lines[0])
-        return _Text(name, called, tilt, values, tuple(notes), old)
+        return _Text(name, called, tilt, values, tuple(notes), lines[0])
 
     @property
     def kind(self) -> int:
@@ -107,16 +107,18 @@ class _Text:
         vertical, candela, repaired = rising(vertical, candela.T, "vertical", self.name)
         horizontal, candela, again = rising(horizontal, candela.T, "horizontal", self.name)
         notes = [*_tilt_notes(self.tilt), *self.notes, *repaired, *again]
-        candela = candela * multiplier * ballast * (extra if self.old and extra > 0 else 1.0)
+        counts = extra > 0 and not UNUSED.search(self.edition)
+        candela = candela * multiplier * ballast * (extra if counts else 1.0)
         if (candela < 0).any():
             notes.append("negative intensities are taken as 0")
         if unit not in (1, 2):
             notes.append(f"unit {unit:g} of lengths is unknown; they are taken as metres")
         table = as_type_c(self.kind, vertical, horizontal, np.maximum(candela, 0))
-        opening = Opening.of_ies(size, FEET if unit == 1 else METRES, old=self.old)
+        old = not NEWER.search(self.edition)
+        opening = Opening.of_ies(size, FEET if unit == 1 else METRES, old=old)
         bare = count * lumens if lumens > 0 else None
         return LampPhotometry(
-            self.called, table, opening, bare, max(watts, 0.0), tuple(notes)
+            self.called, table, opening, bare, max(watts, 0.0), tuple(notes), lengthwise=0.0
         )  # fmt: skip
 
 

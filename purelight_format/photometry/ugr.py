@@ -39,8 +39,8 @@ class UgrTable:
     """Ratings of all rooms and reflectances.
 
     Arguments:
-        values: [19, 10], five reflectances seen crosswise (along C0 - C180), then endwise (along
-            C90 - C270); -inf where no luminaire sends light to the eye.
+        values: [19, 10], five reflectances seen crosswise (at right angles to the luminaire's
+            length), then endwise; -inf where no luminaire sends light to the eye.
     """
 
     values: np.ndarray
@@ -62,7 +62,8 @@ class UgrTable:
         rows = []
         for x, y in ROOMS:
             background = _background(lamp, x, y, spacing)
-            glare = [_glare(lamp, x, y, spacing, turn) for turn in (0.0, 90.0)]
+            turns = (90.0 - lamp.lengthwise, lamp.lengthwise)  # Of 0 and 90 degrees
+            glare = [_glare(lamp, x, y, spacing, turn) for turn in turns]
             with np.errstate(divide="ignore"):
                 rows.append(8 * np.log10(0.25 * np.divide.outer(glare, background)).ravel())
         return UgrTable(np.array(rows))

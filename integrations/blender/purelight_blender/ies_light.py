@@ -78,7 +78,11 @@ def _variable(driver: Any, name: str, thing: Any, path: str) -> None:
 
 
 def _shape(light: Any, text: Any) -> None:
-    """The IES file's shape, its mean over all directions made one."""
+    """The IES file's shape, its mean over all directions made one.
+
+    Cycles has horizontal 0 along -Y and turns clockwise from there, LM-63 as we write it along +X
+    and against the clock: what is at h for Cycles is at 270 - h for us.
+    """
     try:
         table = read_ies(text.as_string().encode("latin-1"), text.name)
         mean = table.flux / (4 * np.pi)
@@ -91,5 +95,20 @@ def _shape(light: Any, text: Any) -> None:
     emission = next(n for n in tree.nodes if n.type == "EMISSION")
     ies = tree.nodes.new("ShaderNodeTexIES")
     ies.mode, ies.ies = "INTERNAL", text
+    tree.links.new(_turned(tree), ies.inputs["Vector"])
     ies.inputs["Strength"].default_value = LUMENS_PER_WATT / (4 * np.pi * mean)
     tree.links.new(ies.outputs["Fac"], emission.inputs["Strength"])
+
+
+def _turned(tree: Any) -> Any:
+    """The direction (-y, -x, z) of the light, by which Cycles finds our horizontal angle."""
+    direction = tree.nodes.new("ShaderNodeTexCoord").outputs["Normal"]
+    parts, joined = tree.nodes.new("ShaderNodeSeparateXYZ"), tree.nodes.new("ShaderNodeCombineXYZ")
+    turn = tree.nodes.new("ShaderNodeVectorMath")
+    turn.operation = "MULTIPLY"
+    turn.inputs[1].default_value = (-1.0, -1.0, 1.0)
+    tree.links.new(direction, turn.inputs[0])
+    tree.links.new(turn.outputs["Vector"], parts.inputs[0])
+    for ours, cycles in (("X", "Y"), ("Y", "X"), ("Z", "Z")):
+        tree.links.new(parts.outputs[ours], joined.inputs[cycles])
+    return joined.outputs[0]

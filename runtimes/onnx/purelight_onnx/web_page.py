@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import base64
 import gzip
+import os
 from html import escape
 from pathlib import Path
 
@@ -50,5 +51,5 @@ def write(path: str | Path, bundle: Bundle) -> None:
 def _block(bundle: Bundle) -> str:
     """The bundle as data that no browser takes for a script."""
     packed = base64.b64encode(gzip.compress(bundle.data, mtime=0)).decode()
-    name = escape(bundle.path.name)
+    name = escape(os.fsencode(bundle.path.name).decode("utf-8", "replace"))
     return f'<script type="application/vnd.purelight" data-name="{name}">{packed}</script>'

@@ -11,6 +11,8 @@ import numpy as np
 import pytest
 
 from purelight_blender import looks_text
+from purelight_format.photometry.table import IntensityTable
+from purelight_format.photometry.writer import ies_text
 from tests.assets import bad
 from tests.support import analytic_lamps, blender_lamps, lamp
 from tests.support.analytic_lamps import CENTRE, RADIUS
@@ -194,6 +196,29 @@ def test_the_stand_in_has_the_shape_of_the_photometry_and_follows_dimmer_and_sca
     expected = 0.5 / np.pi * intensity / (10 * RADIUS) ** 2
     assert np.allclose(pixels(pictures[0]).mean((0, 1)), expected, rtol=0.03)
     assert np.allclose(pixels(pictures[1]), 2 * pixels(pictures[0]), rtol=0.05)
+
+
+def test_the_stand_in_shines_to_the_side_of_the_photometry(
+    blender: Blender, tmp_path: Path
+) -> None:
+    """Cycles counts horizontal angles from another axis, and the other way round."""
+    vertical, horizontal = np.linspace(0, 180, 37), np.linspace(0, 360, 25)
+    aside = np.cos(np.radians(horizontal[:, None] - 30)) * np.sin(np.radians(vertical))
+    table = IntensityTable(vertical, horizontal, 10 * (1 + aside))
+    words = {"TEST": "t", "TESTLAB": "t", "ISSUEDATE": "2020-01-01", "MANUFAC": "t"}
+    photometry = {"photometry.ies": ies_text(table, words, radius=0.0, watts=1.0)}
+    path = analytic_lamps.ball().write(tmp_path / "aside.plux", photometry)
+    picture, height, size = tmp_path / "floor.exr", CENTRE[2] - 10 * RADIUS, 6.0
+    blender.run(
+        ("empty", {}), ("plux", {"path": str(path)}), ("floor", {"z": height, "size": 8}),
+        shot(picture, size=size, samples=256, osl=False, camera=camera(height + 0.1)),
+    )  # fmt: skip
+    seen = pixels(picture).mean(-1)
+    along = ((np.arange(16) + 0.5) / 16 - 0.5) * size
+    x, y = np.meshgrid(along, -along)
+    ring = (np.hypot(x, y) > 1.2) & (np.hypot(x, y) < 2.8)
+    towards = (seen[ring] * np.exp(1j * np.arctan2(y, x)[ring])).sum()
+    assert np.degrees(np.angle(towards)) == pytest.approx(30, abs=3)
 
 
 def test_metres_become_scene_units(blender: Blender, ball: Path) -> None:

@@ -68,12 +68,21 @@ def test_a_faulty_table_is_one_line(tmp_path: Path, text: str, reason: str) -> N
         read_entries(table)
 
 
-@pytest.mark.parametrize("text", ["[1]\n", "{\n", '{"file": 1}\n{"file"'])
+@pytest.mark.parametrize(
+    "text",
+    ["[1]\n", "{\n", '{"file": 1}\n{"file"', "[" * 200_000, '{"file": "a.xml", "seed": [1, 2]}'],
+)
 def test_faulty_json_is_one_line(tmp_path: Path, text: str) -> None:
     table = tmp_path / "lamps.jsonl"
     table.write_text(text)
     with pytest.raises(PureLightError):
         read_entries(table)
+
+
+def test_a_line_ends_where_a_line_of_json_does(tmp_path: Path) -> None:
+    table = tmp_path / "lamps.jsonl"
+    table.write_text('{"file": "a.xml", "name": "one\u2028two"}\n', encoding="utf-8")
+    assert [entry.name for entry in read_entries(table)] == ["one-two"]
 
 
 def test_a_folder_without_lamps(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 from dataclasses import replace
 from pathlib import Path
@@ -83,6 +84,24 @@ def test_what_a_lamp_names_is_part_of_it(tmp_path: Path) -> None:
     assert input_digest(lamp) == first
     mesh.write_bytes(b"2")
     assert input_digest(lamp) != first
+
+
+def test_names_of_other_alphabets_in_a_lamps_folder(tmp_path: Path) -> None:
+    """As archives from elsewhere leave them: no text in UTF-8; and endings within endings."""
+    lamp = tmp_path / "lamp.obj"
+    lamp.write_bytes(b"# caf\xe9.jpg, wood.jp, no ending: README\n")
+    named = [tmp_path / os.fsdecode(n) for n in (b"caf\xe9.jpg", b"wood.jp", b"README")]
+    others = [tmp_path / os.fsdecode(n) for n in (b"th\xe9.jpg", b"wood.jpg", b"READ.ME")]
+    for path in (*named, *others):
+        path.write_bytes(b"1")
+    first = input_digest(lamp)
+    for path in others:
+        path.write_bytes(b"2")
+        assert input_digest(lamp) == first
+    for path in named:
+        path.write_bytes(b"2")
+        assert input_digest(lamp) != first
+        path.write_bytes(b"1")
 
 
 ESCAPED = {

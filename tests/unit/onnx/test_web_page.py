@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import gzip
+import os
 import re
 from pathlib import Path
 
@@ -39,6 +40,12 @@ def test_the_page_holds_the_lamp_and_no_other(bundle: Path, tmp_path: Path) -> N
 
 def test_the_same_lamp_gives_the_same_bytes(bundle: Path) -> None:
     assert web_page.page(Bundle.open(bundle)) == web_page.page(Bundle.open(bundle))
+
+
+def test_a_file_name_that_is_no_text(bundle: Path, tmp_path: Path) -> None:
+    path = tmp_path / os.fsdecode(b"l\xffmp.plux")
+    path.write_bytes(bundle.read_bytes())
+    assert b'data-name="l\xef\xbf\xbdmp.plux"' in web_page.page(Bundle.open(path))
 
 
 def test_texts_of_a_lamp_are_texts_in_the_page(tmp_path: Path) -> None:

@@ -73,7 +73,7 @@ def test_names_survive() -> None:
 
 def test_factors_multiply() -> None:
     same(ies(TABLE, factors=(2.0, 0.5, 3.0)).encode())
-    same(ies(TABLE, head=("IESNA:LM-63-1995",), factors=(2.0, 0.5, 3.0)).encode(), 3.0)
+    same(ies(TABLE, head=("IESNA91",), factors=(2.0, 0.5, 3.0)).encode(), 3.0)
 
 
 def test_tilt_is_skipped_and_said() -> None:
@@ -190,8 +190,8 @@ def test_types_a_and_b_become_type_c(kind: int, begin: int) -> None:
     angles = np.linspace(begin, 90, (90 - begin) + 1)
     found = ies_photometry(ies(gaussian(kind, angles, angles), kind=kind).encode(), "x").table
     theta, phi = np.array([0.0, 10, 20, 20, 20, 20]), np.array([0.0, 0, 0, 180, 90, 225])
-    right = np.sin(np.radians(theta)) * np.cos(np.radians(phi))
-    up = np.sin(np.radians(theta)) * np.sin(np.radians(phi))
+    up = np.sin(np.radians(theta)) * np.cos(np.radians(phi))
+    right = -np.sin(np.radians(theta)) * np.sin(np.radians(phi))
     wanted = 1e4 * np.exp(-((right / 0.4) ** 2) - (up / 0.2) ** 2)
     np.testing.assert_allclose(found.at(theta, phi), wanted, rtol=0.01)
     side = (np.arange(2000) + 0.5) / 1000 - 1
@@ -201,3 +201,37 @@ def test_types_a_and_b_become_type_c(kind: int, begin: int) -> None:
     flux = (1e4 * np.exp(-((x / 0.4) ** 2) - (y / 0.2) ** 2) * inside / down).sum() * 1e-6
     assert found.flux == pytest.approx(flux, rel=0.01)
     assert found.at(np.array([120.0]), np.array([0.0]))[0] == 0
+
+
+@pytest.mark.parametrize("kind", [2, 3])
+@pytest.mark.parametrize(
+    ("vertical", "horizontal", "azimuth"), [(30, 0, 0), (-30, 0, 180), (0, 30, 270), (0, -30, 90)]
+)
+def test_types_a_and_b_turn_as_lm_63_has_them(
+    kind: int, vertical: int, horizontal: int, azimuth: int
+) -> None:
+    """V 90 at H 0 is the horizontal of plane 0, in which the length of the opening lies."""
+    angles = np.linspace(-90, 90, 91)
+    one = np.zeros((91, 91))
+    one[(horizontal + 90) // 2, (vertical + 90) // 2] = 100
+    text = ies(IntensityTable(angles, angles, one), kind=kind)
+    table = ies_photometry(text.encode(), "x").table
+    brightest = table.at(np.full(4, 30.0), np.array([0.0, 90, 180, 270]))
+    assert 90 * int(brightest.argmax()) == azimuth
+    assert brightest.max() > 50
+    assert sorted(brightest)[2] == 0
+
+
+@pytest.mark.parametrize(
+    ("edition", "factor"),
+    [("IESNA91", 0.5), ("IESNA:LM-63-1995", 1), ("IESNA:LM-63-2002", 1), ("IES:LM-63-2019", 1)],
+)
+def test_the_twelfth_number_is_a_factor_before_1995(edition: str, factor: float) -> None:
+    even = IntensityTable(np.linspace(0, 90, 10), np.zeros(1), np.full((1, 10), 100.0))
+    lines = ies(even).splitlines()
+    lines[0] = edition
+    place = next(k for k, line in enumerate(lines) if line.startswith("TILT")) + 2
+    words = lines[place].split()
+    lines[place] = " ".join([words[0], "0.5", *words[2:]])
+    found = ies_photometry("\n".join(lines).encode(), "x").table
+    assert found.flux == pytest.approx(factor * 200 * np.pi, rel=1e-3)

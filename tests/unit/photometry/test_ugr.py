@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from purelight_format.errors import PureLightError
+from purelight_format.photometry.lamp_photometry import LampPhotometry
 from purelight_format.photometry.opening import BALL, DRUM, POINT, Opening
 from purelight_format.photometry.room import direct_shares, parallel_view_factor, received
 from purelight_format.photometry.table import IntensityTable
@@ -133,3 +134,17 @@ def test_projected_areas() -> None:
     np.testing.assert_allclose(drum[:3], [np.pi / 4, 0.5, 0.5])
     ball = Opening(1.0, 1.0, (1.0,) * 4, BALL).projected_area(*at)
     np.testing.assert_allclose(ball, np.pi / 4)
+
+
+def test_crosswise_is_at_right_angles_to_the_length_of_each_format() -> None:
+    """A batten of 1.2 m by 0.1 m: along C90 in EULUMDAT, along horizontal 0 in IES."""
+    light = lambertian(2000, PANEL).table
+    long, wide = Opening(0.1, 1.2), Opening(1.2, 0.1)
+    of_ldt = UgrTable.of(LampPhotometry("x", light, long)).values
+    of_ies = UgrTable.of(LampPhotometry("x", light, wide, lengthwise=0.0)).values
+    np.testing.assert_allclose(of_ies, of_ldt, atol=1e-9)
+    swapped = UgrTable.of(LampPhotometry("x", light, wide)).values
+    np.testing.assert_allclose(swapped[:, :5], of_ldt[:, 5:], atol=1e-9)
+    opened = Opening(0.1, 1.2, (0.05,) * 4)
+    higher = UgrTable.of(LampPhotometry("x", light, opened)).values
+    assert not np.allclose(higher[:, :5], higher[:, 5:])

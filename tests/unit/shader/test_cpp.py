@@ -62,6 +62,23 @@ def test_the_program_finds_what_is_right_and_what_is_not(
     assert other.stderr == "./floats.bin: does not belong to this code; write both anew\n"
 
 
+def test_no_number_is_no_answer_however_it_is_compiled(octahedron: Bundle, tmp_path: Path) -> None:
+    """With -ffast-math a compiler takes every number for a finite one."""
+    require_compilers()
+    write(octahedron, "cpp", tmp_path)
+    program = tmp_path / "selftest.cpp"
+    broken = "v.x * std::sqrt(-1.0f - std::fabs(v.x))"
+    text = program.read_text().replace("{v.x, v.y, v.z}", f"{{{broken}, v.y, v.z}}")
+    assert broken in text
+    program.write_text(text)
+    for mode in ("-O2", "-ffast-math"):
+        build = [*library.compiler(), "-std=c++17", "-O2", mode, "selftest.cpp", "-o", "selftest"]
+        subprocess.run(build, cwd=tmp_path, check=True)
+        found = outcome(tmp_path)
+        assert found.returncode == 1, mode
+        assert "appearance inf failed" in found.stdout
+
+
 def test_rows_are_those_of_the_onnx_runtime(octahedron: Bundle, compiled: Library) -> None:
     reference, rng = Luminaire(octahedron), np.random.default_rng(3)
     rows = rng.standard_normal((3, 1000, 3)).astype(np.float32)
