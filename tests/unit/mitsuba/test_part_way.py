@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +10,7 @@ import mitsuba as mi
 import numpy as np
 import pytest
 
+from purelight_export.graph import Graph
 from tests.support import analytic_lamps as lamps
 
 T = mi.ScalarTransform4f
@@ -22,9 +24,12 @@ def facing(offset: float, content: dict[str, Any]) -> dict[str, Any]:
     return {"type": "rectangle", "to_world": turned, **content}
 
 
-def picture(tmp_path: Path, eye: float, parts: dict[str, Any], engine: str = "fused") -> np.ndarray:
+def picture(
+    tmp_path: Path, eye: float, parts: dict[str, Any], engine: str = "fused", *, spp: int = 64,
+    lamp: lamps.Lamp | None = None,
+) -> np.ndarray:  # fmt: skip
     """Mean radiance that a viewer at `eye` metres from the centre sees along -X."""
-    bundle = lamps.two_panes(THROUGH).write(tmp_path / "panes.plux")
+    bundle = (lamp or lamps.two_panes(THROUGH)).write(tmp_path / "panes.plux")
     film = {"type": "hdrfilm", "width": 4, "height": 4, "rfilter": {"type": "box"}}
     look = lamps.look_at([X + eye, Y, Z], [X - 3, Y, Z])
     scene = mi.load_dict({
@@ -33,8 +38,8 @@ def picture(tmp_path: Path, eye: float, parts: dict[str, Any], engine: str = "fu
         "lamp": {"type": "purelight", "filename": str(bundle)},
         **parts,
     })  # fmt: skip
-    integrator = mi.load_dict({"type": "purelight", "engine": engine, "max_depth": 2})
-    return np.array(mi.render(scene, integrator=integrator, spp=64)).mean((0, 1))[:3]
+    integrator = mi.load_dict({"type": "purelight", "engine": engine, "max_depth": 3})
+    return np.array(mi.render(scene, integrator=integrator, spp=spp)).mean((0, 1))[:3]
 
 
 @pytest.mark.parametrize(
@@ -64,3 +69,67 @@ def test_both_ends_inside_the_sphere(tmp_path: Path) -> None:
     light = {"type": "area", "radiance": {"type": "rgb", "value": 1.0}}
     seen = picture(tmp_path, 0.13, {"patch": facing(-0.13, {"emitter": light})})
     np.testing.assert_allclose(seen, THROUGH**2, rtol=1e-4)
+
+
+def ball_between(tmp_path: Path) -> dict[str, Any]:
+    """A lamp between the panes, a quarter as large as they are apart."""
+    bundle = lamps.ball().write(tmp_path / "ball.plux")
+    placed = T().translate([X, Y, Z]).scale(0.2) @ T().translate([-X, -Y, -Z])
+    return {"ball": {"type": "purelight", "filename": str(bundle), "to_world": placed}}
+
+
+@pytest.mark.parametrize("engine", ["fused", "queued"])
+def test_a_lamp_between_the_parts_of_another_is_behind_some_of_them(
+    engine: str, tmp_path: Path
+) -> None:
+    """Seen, lighting a square outside, and before what is seen behind both."""
+    light = {"type": "area", "radiance": {"type": "rgb", "value": [3.0, 2.0, 1.0]}}
+    twin = {"ball": {"type": "sphere", "center": [X, Y, Z], "radius": 0.25 * 0.2}}
+    ball = ball_between(tmp_path)
+    np.testing.assert_allclose(
+        picture(tmp_path, 2, ball, engine), THROUGH * lamps.COLOUR, rtol=2e-3
+    )
+    matt = {"bsdf": {"type": "diffuse", "reflectance": {"type": "rgb", "value": 0.5}}}
+    floor = {"floor": facing(-0.6, matt)}
+    lit, by_twin = (
+        picture(tmp_path, -0.5, floor | parts, engine, spp=4096)
+        for parts in (ball, {"ball": twin["ball"] | {"emitter": light}})
+    )
+    np.testing.assert_allclose(lit / lamps.COLOUR, by_twin / [3, 2, 1], rtol=0.02)
+    beyond = {"patch": facing(-2, {"emitter": light})}
+    seen = picture(tmp_path, 2, beyond | glass_between(tmp_path), engine)
+    np.testing.assert_allclose(seen, THROUGH**2 * 0.25 * np.array([3, 2, 1]), rtol=1e-3)
+
+
+def glass_between(tmp_path: Path) -> dict[str, Any]:
+    """A dark sheet between the panes that lets a quarter through."""
+    bundle = lamps.glass_sheet([0.25] * 3).write(tmp_path / "sheet.plux")
+    turned = T().translate([X, Y, Z]).rotate([0, 1, 0], 90).scale(0.3)
+    placed = turned @ T().translate([-X, -Y, -Z])
+    return {"sheet": {"type": "purelight", "filename": str(bundle), "to_world": placed}}
+
+
+@pytest.mark.parametrize("bsdf", ["null", "mask", "thindielectric"])
+@pytest.mark.parametrize("offset", [0.15, 0.0, -0.15])
+def test_light_counts_once_though_a_line_is_cut_by_what_nobody_sees(
+    offset: float, bsdf: str, tmp_path: Path
+) -> None:
+    """The panes' rear one shines, and is part of what the front one shows."""
+    shining = lamps.two_panes(1.0)
+    graph = Graph("appearance")
+    position, _, outgoing = (graph.input(n, 3) for n in ("position", "normal", "outgoing"))
+    ahead = graph.relu(graph.sign(graph.slice(outgoing, 0, 1)))
+    graph.output("radiance", position * 0.0 + ahead * lamps.COLOUR)
+    networks = shining.networks | {"appearance": graph.to_bytes()}
+    flux = np.zeros((4, 3), np.float32)
+    flux[2:] = lamps.COLOUR
+    lamp = replace(shining, networks=networks, flux=2 * np.array(lamps.COLOUR),
+                   surface=replace(shining.surface, triangle_flux=flux))  # fmt: skip
+    unseen = {
+        "null": {"type": "null"},
+        "mask": {"type": "mask", "opacity": 0.0, "bsdf": {"type": "diffuse"}},
+        "thindielectric": {"type": "thindielectric", "int_ior": 1.0, "ext_ior": 1.0},
+    }
+    between = {"unseen": facing(offset, {"bsdf": unseen[bsdf]})}
+    seen = picture(tmp_path, 2, between, lamp=lamp)
+    np.testing.assert_allclose(seen, lamps.COLOUR, rtol=1e-4)

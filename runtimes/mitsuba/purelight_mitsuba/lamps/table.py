@@ -105,6 +105,7 @@ class Lamps:
         luminaires: The different bundles among them.
         surface: Draws points of their exit surfaces; counts them as `luminaires`.
         single: Whether there is only one lamp.
+        overlapping: Whether the bounding spheres of any two meet.
         dark: Whether no lamp shines.
         finished: Whether any says of what it is made, so that paths may have vertices there.
         sheets: Whether any of that is thin-walled.
@@ -137,7 +138,9 @@ class Lamps:
         self._facets = _device(_facets(emitters))
         counts = [len(e.luminaire.surface.triangles) for e in emitters]
         self._first = mi.UInt32(np.cumsum([0, *counts[:-1]]))
-        self._places = _device(_places(emitters, self.luminaires))
+        places = _places(emitters, self.luminaires)
+        self._places = _device(places)
+        self.overlapping = bool((places[:, 3, 3] >= 0).any())
         self.dark = not any(e.level * e.luminaire.power > 0 for e in emitters)
         self._choice = None if self.single or self.dark else LampChoice(emitters)
 
@@ -149,6 +152,32 @@ class Lamps:
         normal = mi.Normal3f(facet.x, facet.y, facet.z)
         lamp, uv = mi.UInt32(facet.w), found.prim_uv
         return Hit(valid, found.t, lamp, found.prim_index, normal, uv)
+
+    def first(self, ray: mi.Ray3f, lamp: mi.UInt32, active: mi.Bool, *, other: bool = False) -> Hit:
+        """Finds the first exit surface that is a lamp's own, or that is any other's.
+
+        The same as `intersect` in scenes where no two lamps overlap, but for what it does not seek.
+        """
+        hit = self.intersect(ray, active)
+        if not self.overlapping:
+            hit.valid &= (hit.lamp == lamp) != other
+            return hit
+
+        def further(start: mi.Float, hit: Hit, going: mi.Bool) -> tuple[mi.Float, Hit, mi.Bool]:
+            point = dr.fma(ray.d, start, ray.o)
+            lift = (1 + start + dr.max(dr.abs(point))) * mi.math.RayEpsilon
+            onward = mi.Ray3f(dr.fma(ray.d, start + lift, ray.o), ray.d)
+            onward.maxt = ray.maxt - start - lift
+            found = self.intersect(onward, going)
+            found.t += start + lift
+            return found.t, found, found.valid & ((found.lamp == lamp) == other)
+
+        going = hit.valid & ((hit.lamp == lamp) == other)
+        _, hit, _ = dr.while_loop(
+            (mi.Float(hit.t), hit, going), lambda start, hit, going: going, further,
+            label="a lamp among those that overlap",
+        )  # fmt: skip
+        return hit
 
     # Finishes, in scenes where there are any
 

@@ -9,7 +9,7 @@ import mitsuba as mi
 
 from purelight_mitsuba.transport.engine import Aim
 from purelight_mitsuba.transport.scene_parts import SceneParts
-from purelight_mitsuba.transport.segment import Segment
+from purelight_mitsuba.transport.segment import NONE, Segment
 from purelight_mitsuba.transport.state import Departure, Path, Vertex
 
 LARGEST_SURVIVAL = 0.95
@@ -54,8 +54,11 @@ class PathTracer:
 
         # What the lamps before it add, and let through; also on the last vertex's shadow rays
         length = dr.select(found.is_valid(), found.t, path.ray.maxt)  # A camera may clip
-        own, skip = path.departure.own, path.departure.skip
-        view = Segment.of(path.ray, length, path.throughput, visible, own=own, skip=skip)
+        left = path.departure
+        view = Segment.of(
+            path.ray, length, path.throughput, visible, own=left.own, skip=left.skip,
+            shone=left.shone,
+        )  # fmt: skip
         walked = parts.walk(view, path.departure, path.shadow_rays, sampler)
         path.light = path.light + walked.light
         path.throughput = path.throughput * walked.survived
@@ -80,7 +83,22 @@ class PathTracer:
         path.shadow_rays = [*to_emitter, *to_lamp]
 
         # Go on
-        return self._go_on(path, vertex, sampler, onward)
+        within = self._within(walked.within, left.shone, si.p)
+        return self._go_on(path, vertex, within, sampler, onward)
+
+    def _within(self, met: mi.UInt32, before: mi.UInt32, p: mi.Point3f) -> mi.UInt32:
+        """The lamp that has been met on a straight line, between whose parts a point lies, or NONE.
+
+        Arguments:
+            met, before: The lamp that was met last in whose sphere the line ended; on its last
+                part, and on those before.
+        """
+        lamps = self._parts.lamps
+        if lamps is None:
+            return mi.UInt32(NONE)
+        lamp = dr.select(met != NONE, met, before)
+        known = lamp != NONE
+        return dr.select(known & (lamps.place(lamp, known).radii(p) < 1), lamp, NONE)
 
     def _next(self, path: Path) -> mi.PreliminaryIntersection3f:
         """The room's next surface on the way of a path."""
@@ -91,8 +109,14 @@ class PathTracer:
             found = dr.select(first, beyond, found)
         return found
 
-    def _go_on(self, path: Path, vertex: Vertex, sampler: mi.Sampler, onward: mi.Bool) -> Path:
-        """Continues in a direction that the BSDF draws, or ends the path, also by roulette."""
+    def _go_on(
+        self, path: Path, vertex: Vertex, within: mi.UInt32, sampler: mi.Sampler, onward: mi.Bool
+    ) -> Path:
+        """Continues in a direction that the BSDF draws, or ends the path, also by roulette.
+
+        Arguments:
+            within: The lamp that has been met on this line, between whose parts the vertex is.
+        """
         si = vertex.si
         drawn, weight = vertex.bsdf.sample(
             mi.BSDFContext(), si, sampler.next_1d(), sampler.next_2d(), onward
@@ -110,7 +134,9 @@ class PathTracer:
             ray=si.spawn_ray(si.to_world(drawn.wo)),
             throughput=dr.select(roulette, throughput / chance, throughput),
             eta=eta,
-            departure=Departure(here, drawn.pdf, delta, vertex.own, vertex.skip),
+            departure=Departure(
+                here, drawn.pdf, delta, vertex.own, vertex.skip, dr.select(null, within, NONE)
+            ),
             shadow_rays=path.shadow_rays,
             light=path.light,
             depth=depth,

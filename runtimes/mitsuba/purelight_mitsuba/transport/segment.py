@@ -25,6 +25,7 @@ class Segment:
         open: Whether the known light arrives although no lamp is met.
         own: The lamp that it starts from, or NONE.
         skip: A lamp that it has behind itself already, or NONE.
+        shone: A lamp whose light counts already, since it goes straight on from where that was met.
     """
 
     origin: mi.Point3f
@@ -37,6 +38,7 @@ class Segment:
     active: mi.Bool
     own: mi.UInt32
     skip: mi.UInt32
+    shone: mi.UInt32
 
     @staticmethod
     def of(
@@ -50,10 +52,11 @@ class Segment:
         open: bool | mi.Bool = False,
         own: int | mi.UInt32 = NONE,
         skip: int | mi.UInt32 = NONE,
+        shone: int | mi.UInt32 = NONE,
     ) -> Segment:
         return Segment(
             ray.o, ray.d, length, weight, mi.UInt32(lamp), mi.UInt32(facet), mi.Bool(open),
-            mi.Bool(active), mi.UInt32(own), mi.UInt32(skip),
+            mi.Bool(active), mi.UInt32(own), mi.UInt32(skip), mi.UInt32(shone),
         )  # fmt: skip
 
     @staticmethod
@@ -74,6 +77,7 @@ class Meeting:
         distance: From the segment's origin.
         point: In the world.
         fresh: Whether the segment has not passed the lamp before.
+        unseen: Whether its light does not count yet.
         target: Whether a shadow ray leads to the lamp.
         seen: Whether it leads to this part of the lamp.
     """
@@ -84,5 +88,6 @@ class Meeting:
     distance: mi.Float
     point: mi.Point3f
     fresh: mi.Bool
+    unseen: mi.Bool
     target: mi.Bool
     seen: mi.Bool

@@ -26,6 +26,7 @@ class Departure:
         pdf_solid_angle: Density of the direction.
         delta: Whether no other technique could have found the direction.
         own, skip: As those of `Vertex`.
+        shone: As that of `Segment`.
     """
 
     vertex: mi.Interaction3f
@@ -33,6 +34,7 @@ class Departure:
     delta: mi.Bool
     own: mi.UInt32
     skip: mi.UInt32
+    shone: mi.UInt32
 
 
 @dataclass
@@ -66,7 +68,8 @@ class Path:
         ray: mi.RayDifferential3f, shadow_rays: list[Segment], groups: int, active: mi.Bool
     ) -> Path:
         """A path at the camera."""
-        camera = Departure(dr.zeros(mi.Interaction3f), mi.Float(1), mi.Bool(True), *on_no_lamp())
+        nothing = dr.zeros(mi.Interaction3f)
+        camera = Departure(nothing, mi.Float(1), mi.Bool(True), *on_no_lamp(), mi.UInt32(NONE))
         return Path(
             mi.Ray3f(ray), mi.Color3f(1), mi.Float(1), camera, shadow_rays, Light.dark(groups),
             mi.UInt32(0), mi.Bool(False), mi.Bool(active),

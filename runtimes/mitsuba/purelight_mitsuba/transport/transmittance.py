@@ -40,13 +40,12 @@ class Transmittance:
         begin = dr.fma(on.direction, start, on.origin)
         beyond = self._meets(end, on.direction, hit.lamp)
         behind = self._meets(begin, -on.direction, hit.lamp)
-        back = self._lamps.intersect(mi.Ray3f(end, -on.direction), beyond & ~behind)
-        turned = beyond & ~behind & back.valid & (back.lamp == hit.lamp)
+        back = self._lamps.first(mi.Ray3f(end, -on.direction), hit.lamp, beyond & ~behind)
+        turned = beyond & ~behind & back.valid
         at = dr.fma(-on.direction, back.t, end)
         along = dr.select(turned, -on.direction, on.direction)
         return dr.select(turned, back, hit), dr.select(turned, at, p), along
 
     def _meets(self, origin: mi.Point3f, direction: mi.Vector3f, lamp: mi.UInt32) -> mi.Bool:
-        """Whether a ray's first lamp is this one."""
-        found = self._lamps.intersect(mi.Ray3f(origin, direction), mi.Bool(True))
-        return found.valid & (found.lamp == lamp)
+        """Whether a ray meets a lamp, as the first one where none overlap."""
+        return self._lamps.first(mi.Ray3f(origin, direction), lamp, mi.Bool(True)).valid

@@ -44,7 +44,8 @@ class Progress:
         turn: Which of them is walked.
         start: How far.
         last: The lamp met last, or NONE.
-        passed: Bits of the lamps behind (`Place`).
+        passed: Bits of the lamps behind (`Place`); `shone`: of those whose light counts.
+        within: The lamp that the first segment has met, in whose sphere it ends, or NONE.
         through: Transmittance up to here.
         light: For the pixel.
         survived: Transmittance of the first segment.
@@ -56,6 +57,8 @@ class Progress:
     start: mi.Float
     last: mi.UInt32
     passed: mi.UInt64
+    shone: mi.UInt64
+    within: mi.UInt32
     through: mi.Color3f
     light: Light
     survived: mi.Color3f
@@ -65,8 +68,9 @@ class Progress:
     @staticmethod
     def begin(groups: int, stops: list[Stop]) -> Progress:
         return Progress(
-            mi.UInt32(0), mi.Float(0), mi.UInt32(NONE), mi.UInt64(0), mi.Color3f(1),
-            Light.dark(groups), mi.Color3f(1), dr.zeros(Question), stops,
+            mi.UInt32(0), mi.Float(0), mi.UInt32(NONE), mi.UInt64(0), mi.UInt64(0),
+            mi.UInt32(NONE), mi.Color3f(1), Light.dark(groups), mi.Color3f(1), dr.zeros(Question),
+            stops,
         )  # fmt: skip
 
 
@@ -133,9 +137,12 @@ class Walk:
         known = dr.select(met.target & (on.facet == NONE), now.through * on.weight, 0)
         now = shine(replace(now, light=now.light.add(known, met.group)), on, met)
 
-        # What it lets through, which a shadow ray does not ask of the lamp it leads to
+        # What it lets through, which a shadow ray does not ask of the lamp it leads to; of a lamp
+        # with another one between its parts, that is asked part by part
         passing = met.fresh & ~met.target
-        let, stops = self._pass(now, on, met, passing)
+        part = self._up_to_another(on, met, passing)
+        let, stops = self._pass(now, part, met, passing)
+        whole = part.length == on.length
         through, light = now.through * let.value, now.light.spoil(let.spoilt)
 
         # Light at the end of a shadow ray that has come so far
@@ -150,7 +157,9 @@ class Walk:
             turn=now.turn + dr.select(end, mi.UInt32(1), mi.UInt32(0)),
             start=dr.select(end, 0, _beyond(on, met.point, met.distance, met.place)),
             last=dr.select(end, mi.UInt32(NONE), met.hit.lamp),
-            passed=dr.select(end, mi.UInt64(0), now.passed | met.place.bit),
+            passed=dr.select(end, mi.UInt64(0), now.passed | dr.select(whole, met.place.bit, 0)),
+            shone=dr.select(end, mi.UInt64(0), now.shone | met.place.bit),
+            within=dr.select(self._ends_within(now, on, met), met.hit.lamp, now.within),
             through=dr.select(end, 1, through),
             light=light,
             survived=dr.select(end & (now.turn == 0), through, now.survived),
@@ -216,16 +225,40 @@ class Walk:
         group = self.lamps.group(hit.lamp, hit.valid)
         fresh = hit.valid & (hit.lamp != now.last) & ((now.passed & place.bit) == 0)
         fresh = fresh & (hit.lamp != on.skip)
+        unseen = (hit.lamp != on.shone) & ((now.shone & place.bit) == 0)
         target = fresh & (hit.lamp == on.lamp)
         distance = now.start + hit.t
         point = dr.fma(on.direction, distance, on.origin)
         seen = target & ((on.facet == ANY) | (on.facet == hit.facet))
-        return Meeting(hit, place, group, distance, point, fresh, target, seen)
+        return Meeting(hit, place, group, distance, point, fresh, unseen, target, seen)
+
+    def _ends_within(self, now: Progress, on: Segment, met: Meeting) -> mi.Bool:
+        """Whether the first segment ends in the sphere of a lamp that it has met."""
+        end = dr.fma(on.direction, on.length, on.origin)
+        finite = on.length < dr.largest(mi.Float)
+        return met.fresh & (now.turn == 0) & finite & (met.place.radii(end) < 1)
+
+    def _up_to_another(self, on: Segment, met: Meeting, active: mi.Bool) -> Segment:
+        """The segment up to the next other lamp in the sphere of one that is met, if there is one.
+
+        Between them may be more of the lamp that is met.
+        """
+        if not self.lamps.overlapping:
+            return on
+
+        start = met.distance
+        ray = mi.Ray3f(dr.fma(on.direction, start, on.origin), on.direction)
+        ray.maxt = on.length - start
+        seeking = active & (met.place.bit != 0)
+        other = self.lamps.first(ray, met.hit.lamp, seeking, other=True)
+        found = start + other.t
+        inside = met.place.radii(dr.fma(on.direction, found, on.origin)) < 1
+        return replace(on, length=dr.select(other.valid & inside, found, on.length))
 
     def _shine(self, departure: Departure, now: Progress, on: Segment, met: Meeting) -> Progress:
         """Adds the radiance of a lamp that a view meets, or to which a shadow ray leads."""
         viewing = now.turn == 0
-        shining = (met.fresh & viewing) | met.seen
+        shining = (met.fresh & met.unseen & viewing) | met.seen
         shining = shining & (met.hit.lamp != on.own)
         part = self._aimed.part_of_finding(on, met, departure, shining & viewing)
         shining = shining & (part.value > 0)
