@@ -86,6 +86,8 @@ def _render(arguments: argparse.Namespace) -> int:
         integrator = passes.integrator_for(
             scene, arguments.mode, arguments.engine, light_groups=arguments.light_groups or None
         )
+    if line := passes.replaced(scene):
+        command.warn(COMMAND, line)
     if integrator.prepare(scene).media:
         command.warn(COMMAND, integrator.prepare(scene).media)
     for line in advice.against_fast_mode(scene) if integrator.mode == "fast" else ():
@@ -94,13 +96,15 @@ def _render(arguments: argparse.Namespace) -> int:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", SpoiltWarning)
         image, layers = passes.render_passes(scene, integrator, spp, arguments.seed, progress=True)
+    image, alpha = image[..., :3], image[..., 3:]
     if arguments.denoise or arguments.aovs:
-        seen = first_hit.layers(scene, arguments.seed)
+        hides = integrator.hide_emitters
+        seen = first_hit.layers(scene, arguments.seed, hide_emitters=hides)
     if arguments.denoise:
         image, layers = denoise.denoised(image, layers, seen)
     if arguments.aovs:
         layers |= seen
-    write_exr(arguments.output, image, layers=layers)
+    write_exr(arguments.output, image, layers=layers, alpha=alpha if alpha.size else None)
     preview = arguments.output.with_suffix(".png")
     atomic.write_bytes(preview, png(image))
     if integrator.spoilt:

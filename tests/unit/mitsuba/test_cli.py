@@ -107,6 +107,40 @@ def test_other_integrators_are_replaced(scene: Path, integrator: str) -> None:
     assert picture(output).max() > 1
 
 
+def test_what_another_integrator_says_is_kept_or_told(
+    scene: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Its depth, what it hides, and purelight itself within it."""
+    depth = '<integer name="max_depth" value="1"/>'
+    ours = f'<integrator type="purelight">{depth}</integrator>'
+    nested = f'<integrator type="aov"><string name="aovs" value="d:depth"/>{ours}</integrator>'
+    output, pictures, told = scene.with_name("out.exr"), [], []
+    for text in (ours, f'<integrator type="path">{depth}</integrator>', nested,
+                 f'<integrator type="volpath">{depth}</integrator>'):  # fmt: skip
+        scene.write_text(SCENE.format(integrator=text))
+        assert main([str(scene), "--output", str(output), "--spp", "4"]) == 0
+        pictures.append(picture(output))
+        lines = capsys.readouterr().err.splitlines()
+        told.append([line for line in lines if line.startswith("purelight-render: warning")])
+    for other in pictures[1:]:
+        np.testing.assert_array_equal(other, pictures[0])
+    assert [len(lines) for lines in told] == [0, 0, 1, 1]
+    assert "AOVIntegrator" in told[2][0]
+
+
+def test_a_film_with_alpha_keeps_it(scene: Path) -> None:
+    text = SCENE.format(integrator="")
+    wanted = '<film type="hdrfilm"><string name="pixel_format" value="rgba"/>'
+    assert '<film type="hdrfilm">' in text
+    scene.write_text(text.replace('<film type="hdrfilm">', wanted))
+    output = scene.with_name("out.exr")
+    assert main([str(scene), "--output", str(output)]) == 0
+    with OpenEXR.File(str(output)) as file:
+        pixels = file.channels()["RGBA"].pixels
+    assert pixels.shape[-1] == 4
+    assert (pixels[..., 3].min(), pixels[..., 3].max()) == (0, pytest.approx(1))
+
+
 def test_seeds_and_passes(scene: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     output = scene.with_name("out.exr")
 

@@ -8,6 +8,7 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
+import drjit as dr
 import mitsuba as mi
 import numpy as np
 import pytest
@@ -25,6 +26,7 @@ from purelight_mitsuba.transport import (
     queued,
     scene_parts,
 )
+from purelight_mitsuba.transport.film_passes import sample_counts
 from purelight_onnx.luminaire import Luminaire
 from tests.support import analytic_lamps as lamps
 from tests.support.agreement import agree, passes
@@ -213,3 +215,69 @@ def test_many_samples_and_many_lamps_run_to_the_end(bundle: Path, engine: str) -
     """In a process of its own: the most that this one had may be another test's."""
     with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as alone:
         assert alone.submit(peak_megabytes, bundle, engine).result() < 4096
+
+
+def test_passes_have_multiples_of_what_is_asked_for() -> None:
+    assert sample_counts(20, 7, 5) == [5, 5, 5, 5]
+    assert sample_counts(20, 12, 5) == [10, 10]
+    assert sample_counts(20, 3, 5) == [5, 5, 5, 5]
+    assert sample_counts(21, 7, 5) == [7, 7, 7]
+    assert sample_counts(20, 7) == [7, 7, 6]
+
+
+def test_within_another_integrator_memory_is_that_of_the_fused_engine(tmp_path: Path) -> None:
+    """Nobody there splits a picture into passes that the queue can hold."""
+    scene = mi.load_dict(lamps.room() | {
+        "lamp": {"type": "purelight", "filename": str(lamps.ball().write(tmp_path / "a.plux"))},
+    })  # fmt: skip
+    inner = mi.load_dict({"type": "purelight", "max_depth": 2})
+    used = []
+    prepare = inner._prepare
+    inner._prepare = lambda scene, engine: used.append(engine) or prepare(scene, engine)
+    mi.render(scene, integrator=mi.load_dict({"type": "aov", "aovs": "d:depth", "a": inner}), spp=2)
+    assert used[-1] == "fused"
+    used.clear()
+    mi.render(scene, integrator=inner, spp=2)
+    assert set(used) == {"auto"}
+
+
+@pytest.mark.parametrize("depth", [1, 3])
+@pytest.mark.parametrize("sky", [False, True])
+@pytest.mark.parametrize("hide", [False, True])
+def test_alpha_is_that_of_the_path_tracer(depth: int, sky: bool, hide: bool) -> None:
+    content = lamps.room(size=16)
+    content["sensor"] = content["sensor"] | {
+        "film": content["sensor"]["film"] | {"pixel_format": "rgba"},
+        "to_world": lamps.look_at((2.2, 1.2, 1.4), (0, 0.1, 0.1)),
+    }
+    if sky:
+        content["sky"] = {"type": "constant", "radiance": 0.3}
+    scene = mi.load_dict(content)
+    ours, theirs = (
+        np.array(mi.render(scene, integrator=mi.load_dict(
+            {"type": kind, "max_depth": depth, "hide_emitters": hide}), spp=16, seed=1))[..., 3]
+        for kind in ("purelight", "path")
+    )  # fmt: skip
+    np.testing.assert_allclose(ours, theirs, atol=0.1)
+    assert ours.mean() == pytest.approx(theirs.mean(), abs=0.01)
+
+
+@pytest.mark.parametrize("engine", ["fused", "queued"])
+def test_a_frozen_function_is_refused(engine: str, tmp_path: Path) -> None:
+    """Dr.Jit would end the process."""
+    scene = mi.load_dict(lamps.room() | {
+        "lamp": {"type": "purelight", "filename": str(lamps.ball().write(tmp_path / "a.plux"))},
+    })  # fmt: skip
+    integrator = mi.load_dict({"type": "purelight", "engine": engine, "max_depth": 2})
+
+    @dr.freeze
+    def drawn(seed: mi.UInt32) -> mi.TensorXf:
+        return mi.render(scene, integrator=integrator, spp=2, seed=seed)
+
+    with pytest.raises(Exception) as caught:
+        drawn(mi.UInt32(1))
+    causes, cause = [], caught.value
+    while cause is not None:
+        causes.append(str(cause))
+        cause = cause.__cause__ or cause.__context__
+    assert "dr.freeze" in causes[-1]

@@ -49,3 +49,10 @@ def test_layers_show_lamp_wall_and_nothing(scene: mi.Scene) -> None:
     assert found["depth"][middle] == pytest.approx(3, abs=0.02)
     assert 7 < found["depth"][wall] < 7 / np.cos(np.radians(30))
     assert found["depth"][nothing] == np.inf
+
+
+def test_layers_hide_what_the_picture_hides(scene: mi.Scene) -> None:
+    found = layers(scene, hide_emitters=True)
+    middle = (16, 16)
+    np.testing.assert_allclose(found["albedo"][middle], [0.2, 0.4, 0.6], atol=1e-6)
+    assert found["depth"][middle] == pytest.approx(7, abs=0.02)

@@ -117,3 +117,9 @@ def test_names_may_be_asked_for_early(bundle: Path) -> None:
     })  # fmt: skip
     assert scene.integrator().aov_names() == []
     assert mi.render(scene, spp=2).shape[-1] == 3 + 2 * 3
+
+
+def test_names_may_be_asked_for_before_a_picture_by_an_integrator_of_no_scene(bundle: Path) -> None:
+    integrator = mi.load_dict({"type": "purelight", "light_groups": True, "max_depth": 2})
+    assert integrator.aov_names() == []
+    assert mi.render(room(bundle), integrator=integrator, spp=2).shape[-1] == 3 + 3 * 3

@@ -21,11 +21,14 @@ class FirstHitIntegrator(mi.SamplingIntegrator):
 
     Arguments:
         scene: Whose lamps are seen.
+        hide_emitters: Whether the picture shows neither lamps nor what shines of Mitsuba's own.
     """
 
-    def __init__(self, scene: mi.Scene) -> None:
+    def __init__(self, scene: mi.Scene, *, hide_emitters: bool = False) -> None:
         super().__init__(mi.Properties())
-        emitters = [e for e in scene.emitters() if isinstance(e, PureLightEmitter)]
+        self._hides = hide_emitters
+        seen = () if hide_emitters else scene.emitters()
+        emitters = [e for e in seen if isinstance(e, PureLightEmitter)]
         self._lamps = Lamps(emitters, scene) if emitters else None
 
     def aov_names(self) -> list[str]:
@@ -40,7 +43,10 @@ class FirstHitIntegrator(mi.SamplingIntegrator):
         medium: Any = None,
         active: mi.Bool = True,
     ) -> tuple[mi.Color3f, mi.Bool, list[mi.Float]]:
-        si = scene.ray_intersect(ray, mi.RayFlags.All, True, active)
+        found = scene.ray_intersect_preliminary(mi.Ray3f(ray), True, active)
+        if self._hides:
+            found = self.skip_area_emitters(scene, mi.Ray3f(ray), True, active)
+        si = found.compute_surface_interaction(mi.Ray3f(ray), mi.RayFlags.All, active)
         valid = active & si.is_valid()
         bsdf = si.bsdf(ray)
         albedo = dr.select(valid, bsdf.eval_diffuse_reflectance(si, valid), 0)
@@ -65,15 +71,18 @@ class FirstHitIntegrator(mi.SamplingIntegrator):
         return mi.Normal3f(dr.select(dr.dot(normal, ray.d) > 0, -normal, normal))
 
 
-def layers(scene: mi.Scene, seed: int = 0) -> dict[str, np.ndarray]:
+def layers(scene: mi.Scene, seed: int = 0, *, hide_emitters: bool = False) -> dict[str, np.ndarray]:
     """Renders the first sensor's output variables.
+
+    Arguments:
+        hide_emitters: As the picture's integrator has it.
 
     Returns:
         `albedo` [H, W, 3]; `normal` [H, W, 3] in the world, shorter than one where a pixel
         shows several; and `depth` [H, W, 1], the mean distance of what a pixel shows, infinite
         where it shows nothing.
     """
-    integrator = FirstHitIntegrator(scene)
+    integrator = FirstHitIntegrator(scene, hide_emitters=hide_emitters)
     image = np.array(mi.render(scene, integrator=integrator, spp=SAMPLES, seed=seed))
     names = 3 + len(integrator.aov_names())
     albedo, rest = image[..., :3], image[..., image.shape[-1] - names + 3 :]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from typing import Any
 
 import mitsuba as mi
 import numpy as np
@@ -42,10 +43,8 @@ def integrator_for(
     *,
     light_groups: bool | None = None,
 ) -> PureLightIntegrator:
-    """The scene's integrator if it is PureLight's, else one with default settings."""
-    integrator = scene.integrator()
-    if not isinstance(integrator, PureLightIntegrator):
-        integrator = mi.load_dict({"type": "purelight"})
+    """The scene's integrator if that or what it holds is PureLight's, else one with its depth."""
+    integrator = _own(scene.integrator()) or _like(scene.integrator())
     if mode is not None:
         integrator.mode = mode
     if engine is not None:
@@ -54,6 +53,48 @@ def integrator_for(
         integrator.light_groups = light_groups
     integrator.prepare(scene)
     return integrator
+
+
+def replaced(scene: mi.Scene) -> str:
+    """What of a scene's integrator is not done by `integrator_for`; empty if nothing is lost."""
+    if scene.integrator() is None:
+        return ""
+    name = str(scene.integrator()).partition("[")[0].strip()
+    if name in ("PureLightIntegrator", "PathIntegrator"):
+        return ""
+    if _own(scene.integrator()):
+        return f"of the scene's {name} only purelight renders; --aovs adds albedo, normal and depth"
+    return f"rendered by purelight in place of the scene's {name}"
+
+
+class _Held(mi.TraversalCallback):
+    """The integrators that another one holds."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.found: list[PureLightIntegrator] = []
+
+    def put(self, name: str, value: Any, flags: Any = None) -> None:
+        if isinstance(value, mi.Integrator) and (own := _own(value)):
+            self.found.append(own)
+
+
+def _own(integrator: mi.Integrator | None) -> PureLightIntegrator | None:
+    """The integrator, or the first that it holds, if that is PureLight's."""
+    if integrator is None or isinstance(integrator, PureLightIntegrator):
+        return integrator
+    held = _Held()
+    integrator.traverse(held)
+    return held.found[0] if held.found else None
+
+
+def _like(integrator: mi.Integrator | None) -> PureLightIntegrator:
+    """PureLight's integrator with the depth, the roulette and what is hidden of another one."""
+    settings: dict[str, Any] = {"hide_emitters": bool(getattr(integrator, "hide_emitters", False))}
+    for name in ("max_depth", "rr_depth"):
+        if found := re.search(rf"^  {name} = (\d+)", str(integrator), re.MULTILINE):
+            settings[name] = int(found[1]) if int(found[1]) < 0x7FFFFFFF else -1
+    return mi.load_dict({"type": "purelight", **settings})
 
 
 def render_passes(
@@ -72,8 +113,8 @@ def render_passes(
         progress: Whether to show a bar with the time left.
 
     Returns:
-        The picture, [H, W, 3] float32, linear; and its light groups by name, if the integrator
-        keeps them apart.
+        The picture, [H, W, 3] float32, linear, or [H, W, 4] if the film keeps alpha; and its light
+        groups by name, if the integrator keeps them apart.
 
     Raises:
         PureLightError: If the film keeps something else than red, green and blue.
@@ -93,9 +134,9 @@ def render_passes(
             total = total + np.array(image).astype(np.float64) * samples
             bar.update(samples)
     mean = (total / spp).astype(np.float32)
-    first = mean.shape[-1] - 3 * len(names)  # The film may add alpha to the picture.
+    first = mean.shape[-1] - 3 * len(names)  # The film may add alpha to the picture
     groups = {name: mean[..., first + 3 * k :][..., :3] for k, name in enumerate(names)}
-    return mean[..., :3], groups
+    return mean[..., :first], groups
 
 
 def resize(scene: mi.Scene, width: int) -> None:

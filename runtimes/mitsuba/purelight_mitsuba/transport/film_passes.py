@@ -11,10 +11,16 @@ import mitsuba as mi
 Render = Callable[[int, mi.UInt32], Any]
 
 
-def sample_counts(total: int, most: int) -> list[int]:
-    """Splits samples into nearly equal counts of at most `most`, and of at least one."""
-    passes = max(1, -(-total // max(1, most)))
-    return [total // passes + (index < total % passes) for index in range(passes)]
+def sample_counts(total: int, most: int, step: int = 0) -> list[int]:
+    """Splits samples into nearly equal counts of at most `most`, and of at least one.
+
+    Arguments:
+        step: Of which each is to be a multiple, if the total is one.
+    """
+    step = step if step > 0 and total % step == 0 else 1
+    whole, most = total // step, most // step
+    passes = max(1, -(-whole // max(1, most)))
+    return [step * (whole // passes + (index < whole % passes)) for index in range(passes)]
 
 
 def accumulate(

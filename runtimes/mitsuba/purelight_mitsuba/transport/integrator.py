@@ -52,7 +52,9 @@ class PureLightIntegrator(mi.SamplingIntegrator):
         if depth < -1 or self.rr_depth < 1:
             raise PureLightError("max_depth must be -1 or more, rr_depth 1 or more")
         self._parts: SceneParts | None = None
+        self._per_pass = int(props.get("samples_per_pass", 0))
         self._named_early = False
+        self._rendering = False  # By its own `render`, and not within another integrator
         self.spoilt = 0
         self._spoilt = dr.zeros(mi.UInt32)
 
@@ -65,12 +67,22 @@ class PureLightIntegrator(mi.SamplingIntegrator):
         develop: bool = True,
         evaluate: bool = True,
     ) -> mi.TensorXf:
-        self._refuse_nesting(scene)
+        self._refuse_recording()
+        self._rendering = True
+        try:
+            return self._render(scene, sensor, seed, spp, develop, evaluate)
+        finally:
+            self._rendering = False
+
+    def _render(
+        self, scene: mi.Scene, sensor: mi.Sensor | int, seed: Any, spp: int, develop: bool,
+        evaluate: bool,
+    ) -> mi.TensorXf:  # fmt: skip
         before, engine = self.spoilt, self.prepare(scene).engine
         sensor = scene.sensors()[sensor] if isinstance(sensor, int) else sensor
         usual = sensor.sampler().sample_count()
         pixels = int(np.prod(sensor.film().crop_size()))
-        counts = sample_counts(spp or usual, engine.lanes // pixels)
+        counts = sample_counts(spp or usual, engine.lanes // pixels, self._per_pass)
         if len(counts) == 1:
             image = super().render(scene, sensor, seed, spp, develop, evaluate)
         else:
@@ -90,7 +102,17 @@ class PureLightIntegrator(mi.SamplingIntegrator):
         if self.spoilt > before:
             warnings.warn(SpoiltWarning(self.spoilt), stacklevel=3)
 
-    def _refuse_nesting(self, scene: mi.Scene) -> None:
+    @staticmethod
+    def _refuse_recording() -> None:
+        """What is evaluated as a picture is drawn cannot be recorded, and Dr.Jit ends the process.
+
+        Raises:
+            PureLightError: If it is within a function that Dr.Jit freezes.
+        """
+        if dr.flag(dr.JitFlag.FreezingScope):
+            raise PureLightError("purelight renders in no function that dr.freeze records")
+
+    def _refuse_nesting(self) -> None:
         """A parent (`aov`) counts the layers when it is made, before any scene is known.
 
         With other layers later, Dr.Jit ends the process.
@@ -98,7 +120,7 @@ class PureLightIntegrator(mi.SamplingIntegrator):
         Raises:
             PureLightError: If this integrator has light groups and is part of another.
         """
-        if self.light_groups and self._named_early and scene.integrator() is not self:
+        if self.light_groups and self._named_early and not self._rendering:
             raise PureLightError(
                 "light_groups does not work within another integrator; render without it, or use "
                 "purelight-render --light-groups --aovs, which has both"
@@ -118,7 +140,10 @@ class PureLightIntegrator(mi.SamplingIntegrator):
         Raises:
             PureLightError: If a bundle lacks a network that the mode needs, or is not valid now.
         """
-        settings = Settings(self.mode, self.engine, self.light_groups)
+        return self._prepare(scene, self.engine)
+
+    def _prepare(self, scene: mi.Scene, engine: str) -> SceneParts:
+        settings = Settings(self.mode, engine, self.light_groups)
         self._parts = prepare(scene, settings, self._parts)
         return self._parts
 
@@ -130,7 +155,10 @@ class PureLightIntegrator(mi.SamplingIntegrator):
         medium: Any = None,
         active: mi.Bool = True,
     ) -> tuple[mi.Color3f, mi.Bool, list[mi.Float]]:
-        parts = self.prepare(scene)
+        self._refuse_nesting()
+        # Within another integrator nobody bounds how many paths there are at a time
+        nested = self.engine == "auto" and not self._rendering
+        parts = self._prepare(scene, "fused" if nested else self.engine)
         active = active & (self.max_depth > 0)
         limits = Limits(self.max_depth, self.rr_depth, self.hide_emitters)
         path = PathTracer(scene, parts, limits, self)(ray, sampler, active)

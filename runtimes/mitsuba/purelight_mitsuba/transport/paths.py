@@ -42,6 +42,8 @@ class PathTracer:
         engine = self._parts.engine
         shadow_rays = [*self._parts.stock.none(), *engine.none()]
         path = Path.begin(ray, shadow_rays, len(self._parts.groups), active)
+        if not self._limits.hide_emitters and self._scene.environment() is not None:
+            path.seen = mi.Bool(active)
         return engine.follow(self._scene, self._bounce, path, sampler)
 
     def _bounce(self, path: Path, sampler: mi.Sampler, aim: Aim) -> Path:
@@ -140,6 +142,6 @@ class PathTracer:
             shadow_rays=path.shadow_rays,
             light=path.light,
             depth=depth,
-            seen=path.seen | (onward & ~null),
+            seen=path.seen | (path.active & si.is_valid() & ~null),
             active=onward & (brightest > 0) & survives,
         )
