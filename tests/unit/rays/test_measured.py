@@ -138,3 +138,33 @@ def test_what_a_header_gets_wrong_is_a_warning(tmp_path: Path) -> None:
     path.write_bytes(data)
     with pytest.warns(UserWarning, match="header says 1 lumens"):
         load_measured(path)
+
+
+def test_the_report_compares_student_and_rays_in_candela() -> None:
+    """Of a ball that shines evenly, and a student that is right."""
+    import trimesh
+
+    from purelight_train.learning.density_tree import DensityTree
+    from purelight_train.learning.reference_rays import ReferenceRays
+    from purelight_train.light.exit_records import ExitRecords
+    from purelight_train.light.exit_surface import ExitSurface
+    from purelight_train.light.ray_chart import RayChart
+    from purelight_train.report.measured import MeasuredLight
+
+    made, rng, count = trimesh.creation.icosphere(subdivisions=3), np.random.default_rng(0), 100_000
+    faces = made.faces.astype(np.uint32)
+    surface = ExitSurface(made.vertices.astype(np.float32), faces, np.zeros(len(faces), bool))
+    tree = DensityTree.of(rng.random((1000, 4)), np.ones(1000))
+    position, normal, outgoing = surface.sample_rays(count, rng)
+    records = ExitRecords(
+        position=position, normal=normal, shading=normal, direction=outgoing,
+        weight=np.full((count, 3), np.pi * surface.area, np.float32),
+        free=np.full(count, np.inf, np.float32), bare=np.zeros(count, bool), paths=count,
+        counted=True,
+    )  # fmt: skip
+    references = ReferenceRays(RayChart(surface), tree)
+    light = MeasuredLight({}, records, references, lambda p, n, o: np.ones_like(p))
+    for _, rays, _, student, difference in light._bands().rows:
+        seen, told = (float(cell.split()[0]) for cell in (rays, student))
+        assert told == pytest.approx(seen, rel=0.05)
+        assert abs(float(difference.split("(")[1].split()[0])) < 5

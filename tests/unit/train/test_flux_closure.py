@@ -6,7 +6,15 @@ import numpy as np
 import pytest
 import torch
 
-from purelight_train.learning.flux_closure import by_direction, cell_directions, mean_of, tilt
+from purelight_train.learning.flux_closure import (
+    DirectionalLight,
+    bounded,
+    by_direction,
+    cell_directions,
+    mean_of,
+    moments_of,
+    tilt,
+)
 from purelight_train.networks.encodings import SphericalHarmonics
 
 TOWARD = cell_directions()
@@ -64,3 +72,38 @@ def test_a_dark_channel_is_left() -> None:
     dark = np.zeros(len(TOWARD))
     np.testing.assert_array_equal(tilted_to(dark, downwards(0.1), MANY), 0)
     np.testing.assert_array_equal(tilted_to(downwards(0.1), dark, 0), 0)
+
+
+def beam(rng: np.random.Generator, width: float, count: int = 400_000) -> np.ndarray:
+    """Directions about -Z, half of them within so many degrees: [N, 3]."""
+    theta = np.radians(width) * np.sqrt(-np.log2(1 - rng.random(count)))
+    theta, phi = np.minimum(theta, np.pi / 2), 2 * np.pi * rng.random(count)
+    sine = np.sin(theta)
+    return np.stack([sine * np.cos(phi), sine * np.sin(phi), -np.cos(theta)], 1).astype(np.float32)
+
+
+@pytest.mark.parametrize("width", [1.5, 5, 15])
+@pytest.mark.parametrize("wider", [1.0, 1.1])
+@pytest.mark.parametrize("axis", [(0, 1, 2), (2, 0, 1)])
+def test_a_beam_keeps_its_flux(width: float, wider: float, axis: tuple[int, ...]) -> None:
+    """Along the poles, too, where cells are wide; the student adds a thousandth of haze."""
+    rng = np.random.default_rng(0)
+    traced = beam(rng, width)[:, axis]
+    even = rng.normal(size=(4000, 3))
+    haze = (even / np.linalg.norm(even, axis=1, keepdims=True)).astype(np.float32)
+    rays = np.concatenate([beam(rng, wider * width)[:, axis], haze])
+    power = np.concatenate([np.full(400_000, 1.0), np.full(4000, 0.1)])[:, None].repeat(3, 1)
+    harmonics = SphericalHarmonics(5)
+
+    def of(direction: np.ndarray) -> np.ndarray:
+        return harmonics(torch.from_numpy(direction)).double().numpy()
+
+    told = DirectionalLight()
+    told.add(rays, power)
+    moments = moments_of(of, traced, np.ones((len(traced), 3)))[0]
+    there, everywhere = of(told.toward()), of(TOWARD)
+    found = tilt(told.power[:, 0], there, moments, 1e5)
+    found = bounded(found, told.power[:, 0], there, everywhere)
+    gain = np.exp(of(rays) @ found)
+    assert (power[:, 0] * gain).sum() / power[:, 0].sum() == pytest.approx(1, abs=0.01)
+    assert np.abs(everywhere[:, 1:] @ found[1:]).max() <= 1 + 1e-9

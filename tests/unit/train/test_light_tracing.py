@@ -109,3 +109,41 @@ def test_path_tracing_agrees_on_a_plane(mitsuba: Any, lamp: Path) -> None:
     error = np.sqrt((light_error**2).sum((0, 1)) + (path_error**2).sum((0, 1))) / 16
     assert (np.abs(mean[0] - mean[1]) < 4 * error + 2e-3 * mean[0]).all(), (mean, error)
     assert (error < 0.02 * mean[0]).all()
+
+
+SHADED = """<scene version="3.0.0">
+  <shape type="sphere"><point name="center" x="0" y="0" z="{height}"/>
+    <float name="radius" value="{radius}"/>
+    <emitter type="area"><rgb name="radiance" value="1000"/></emitter></shape>
+  <shape type="cylinder"><point name="p0" x="0" y="0" z="{low}"/>
+    <point name="p1" x="0" y="0" z="{high}"/><float name="radius" value="0.3"/>
+    <bsdf type="twosided"><bsdf type="diffuse"/></bsdf></shape>
+</scene>"""
+
+
+@pytest.mark.parametrize("height", [0.0, 2.5])
+@pytest.mark.parametrize("radius", [5e-4, 5e-3])
+def test_no_light_of_a_small_bare_bulb_is_lost(
+    radius: float, height: float, mitsuba: Any, tmp_path: Any
+) -> None:
+    """In a large shade, where it is modelled or where it hangs: all that leaves it is met there."""
+    from purelight_train.light.exit_records import settle
+    from purelight_train.light.light_tracing import trace_records
+    from purelight_train.light.luminaire import load_luminaire
+
+    path = tmp_path / "shaded.xml"
+    ends = {"low": height - 0.2, "high": height + 0.2}
+    path.write_text(SHADED.format(radius=radius, height=height, **ends))
+    luminaire = load_luminaire(path)
+    surface = luminaire.exit_surface
+    traced = trace_records(luminaire.scene, 1, 0, surface=surface)
+    met, _ = settle(traced, surface)
+    for escaped in (True, False):
+        power = [
+            float(r.weight[r.bare & (r.escaped == escaped)].sum(dtype=np.float64))
+            for r in (traced, met)
+        ]
+        assert power[1] == pytest.approx(power[0], rel=0.005)
+    lost = 4 * np.pi**2 * radius**2 * 1000
+    bare = met.weight[met.bare, 0].sum(dtype=np.float64) / met.paths
+    assert bare == pytest.approx(lost, rel=0.01)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import io
 import re
+from dataclasses import replace
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -274,3 +275,16 @@ def test_a_lamp_thinner_than_a_pixel_has_figures_too(mitsuba: Any) -> None:
         assert figures.read(json.loads(json.dumps(verdict))) is not None
         page = "".join(row.html() for row in LampViews(description, surface, shown).rows())
         assert not re.search(r">nan\b", page)
+
+
+def test_views_that_no_ray_of_a_picture_meets_are_left_out(glowing: dict[str, Any]) -> None:
+    """As those of a string of tiny lights."""
+    from purelight_train.report.views import TITLES, LampViews
+    from purelight_train.verdict.look import views
+
+    surface = glowing["surface"]
+    seen = views(glowing["scene"], surface.sphere, surface, glowing["radiance"], 1 << 16, 1, 7)
+    empty = [replace(view, mask=np.zeros_like(view.mask)) for view in seen]
+    (row,) = LampViews(glowing["description"], surface, [*empty[:2], seen[2]]).rows()
+    assert (row.heading, bool(row.text)) == (TITLES[2], True)
+    assert LampViews(glowing["description"], surface, empty).rows() == []

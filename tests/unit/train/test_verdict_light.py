@@ -171,7 +171,32 @@ def test_a_lamp_without_detail_has_lost_none() -> None:
     assert (found.kept, found.error) == (1.0, 0.0)
 
 
+@pytest.mark.parametrize("kept", [0.0, 0.6, 1.0])
+@pytest.mark.parametrize("noise", [0.2, 0.5, 1.0])
+def test_noise_of_the_truth_says_nothing_of_what_is_kept(kept: float, noise: float) -> None:
+    """Neither more nor less, in the mean of many truths; nor more surely than it is known."""
+    true, told = scenery(kept)
+    where = np.ones(true.shape[:2], bool)
+    found = [
+        detail(Picture.exact(told), noisy(true, noise, seed), EYE, where) for seed in range(40)
+    ]
+    known = np.array([each.kept for each in found])
+    errors = np.array([each.error for each in found])
+    assert (errors > 0).all()
+    assert abs(known.mean() - kept) < 3 * known.std() / math.sqrt(40) + 0.03
+    assert (np.abs(known - kept) < 4 * errors + 0.03).mean() > 0.9
+
+
 # Pictures
+
+
+def test_detail_too_faint_to_be_seen_hides_no_coarser_one() -> None:
+    rng = np.random.default_rng(5)
+    patches = np.kron(1 + 0.3 * rng.normal(size=(24, 8, 1)).clip(-2, 2), np.ones((8, 8, 3)))
+    true, told = Picture.exact(patches), Picture.exact(np.ones_like(patches))
+    part, found = looked(told, true).detail
+    assert part == 4 / 128
+    assert found.kept == pytest.approx(0, abs=0.05)
 
 
 def looked(told: Picture, true: Picture) -> Any:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,9 +17,10 @@ from purelight_train.light.radiance_field import Float, Radiance
 
 PASS = 1 << 18
 LIFT = 1e-4  # radii
-BANDS, AROUND = 64, 128  # cells of directions, of equal solid angle
+BANDS, AROUND = 256, 64  # cells of directions, of equal solid angle
 USUAL_TILT = 0.1  # of a coefficient; more has to be shown by many records
 NEAR = 1e-9  # of moments
+MOST = 1.0  # of the logarithm of a tilt
 Visitor = Callable[[Float, NDArray[np.float64]], None]
 Progress = Callable[[float], None]
 
@@ -91,6 +93,32 @@ def escaping_rays(
     return position, outgoing, value
 
 
+class DirectionalLight:
+    """Light by cell of its direction, and which way it goes there.
+
+    A beam along the poles lies at the edge of its cells: their middles are ten degrees off.
+
+    Attributes:
+        power: [BANDS * AROUND, 3].
+    """
+
+    def __init__(self) -> None:
+        self.power = np.zeros((BANDS * AROUND, 3))
+        self._way = np.zeros((BANDS * AROUND, 3))
+
+    def add(self, direction: Float, power: NDArray[np.floating]) -> None:
+        """Rays [N, 3] of so much power [N, 3]."""
+        self.power += by_direction(direction, power)
+        self._way += by_direction(direction, direction * power.sum(1, keepdims=True))
+
+    def toward(self) -> NDArray[np.float32]:
+        """The mean direction of the light of each cell; its middle where there is none: [K, 3]."""
+        length = np.linalg.norm(self._way, axis=1, keepdims=True)
+        known = length > 0
+        mean = np.where(known, self._way / np.where(known, length, 1), zone_middles(BANDS, AROUND))
+        return mean.astype(np.float32)
+
+
 def by_direction(direction: Float, power: NDArray[np.floating]) -> NDArray[np.float64]:
     """Power by cell of its direction: [N, 3], [N, C] -> [BANDS * AROUND, C]."""
     cell, cells = zone_of(direction, BANDS, AROUND), BANDS * AROUND
@@ -108,10 +136,44 @@ def mean_of(harmonics: NDArray[np.float64], power: NDArray[np.float64]) -> NDArr
     return mean
 
 
+def moments_of(
+    harmonics: Callable[[Float], NDArray[np.float64]], direction: Float, power: NDArray[np.floating]
+) -> NDArray[np.float64]:
+    """Mean of harmonics over rays [N, 3] of so much power [N, 3], by channel: [3, H]."""
+    sums: Any = 0.0
+    for first in range(0, len(direction), PASS):
+        part = slice(first, first + PASS)
+        sums = sums + power[part].T.astype(np.float64) @ harmonics(direction[part])
+    mean: NDArray[np.float64] = sums / np.maximum(power.sum(0, dtype=np.float64), 1e-300)[:, None]
+    return mean
+
+
 def effective_size(weight: NDArray[np.float64]) -> NDArray[np.float64]:
     """Effective sample size of weighted records (Kish 1965), by channel: [N, C] -> [C]."""
     count: NDArray[np.float64] = weight.sum(0) ** 2 / np.maximum((weight**2).sum(0), 1e-300)
     return count
+
+
+def bounded(
+    t: NDArray[np.float64], told: NDArray[np.float64], harmonics: NDArray[np.float64],
+    everywhere: NDArray[np.float64],
+) -> NDArray[np.float64]:  # fmt: skip
+    r"""A tilt that changes light by at most :math:`e^{\pm MOST}` in any direction.
+
+    Beyond a beam harmonics may say anything: a thousandth of haze there can ask for any tilt. What
+    told light sums to stays.
+
+    Arguments:
+        t: [H], the first coefficient is that of the constant.
+        told: [K], light by direction; `harmonics` there, [K, H], and `everywhere`, [M, H].
+    """
+    t = t.copy()
+    largest = np.abs(everywhere[:, 1:] @ t[1:]).max()
+    t[1:] *= min(1.0, MOST / max(largest, 1e-300))
+    p = told / max(told.sum(), 1e-300)
+    sum_of_tilted = float((p * np.exp(harmonics[:, 1:] @ t[1:])).sum())
+    t[0] = -math.log(sum_of_tilted) / harmonics[0, 0] if sum_of_tilted > 0 else 0.0
+    return t
 
 
 def tilt(

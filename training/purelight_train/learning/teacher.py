@@ -23,6 +23,7 @@ from purelight_train.networks.surface_network import make_grid
 from purelight_train.presets import Preset
 
 NORMAL_BINS = 16
+LEVEL = 1e-4  # sine of the angle of a normal to the vertical
 EVALUATED = 1 << 15
 STEEPEST = 16.0
 
@@ -53,7 +54,10 @@ class DirectionalFlow(nn.Module):
         """Context of the flow: [N, 3], [N, 3], channel index [N] -> [N, C]."""
         unit = (position - self.centre) * (0.5 / self.radius) + 0.5
         polar = torch.acos(normal[:, 2].clamp(-1, 1)) / math.pi
+        # Of level faces it is rounding that decides; they have one azimuth
+        level = normal[:, :2].norm(dim=1) < LEVEL
         azimuth = torch.atan2(normal[:, 1], normal[:, 0]) / (2 * math.pi) + 0.5
+        azimuth = torch.where(level, torch.zeros_like(azimuth), azimuth)
         one_hot = nn.functional.one_hot(channel, 3).to(position.dtype)
         return torch.cat(
             (

@@ -23,12 +23,14 @@ class Emitted:
     """The beginning of a path.
 
     Arguments:
+        position: on the emitter; the ray begins a little off it.
         shape: the emitter's, null without.
         weight: W per channel: emitted radiance times cosine over the probability density of what
             was drawn.
     """
 
     ray: mi.Ray3f
+    position: mi.Point3f
     emitter: mi.EmitterPtr
     shape: mi.ShapePtr
     weight: mi.Color3f
@@ -147,7 +149,8 @@ class Emission:
         for one, mine in self._bare(index, emitter, ~area_light):
             other, value = one.sample_ray(mi.Float(0), choice, position, direction, mine)
             ray, weight = dr.select(mine, other, ray), dr.select(mine, value, weight)
-        return Emitted(ray, emitter, shape, weight)
+        point = dr.select(area_light, si.p, ray.o)
+        return Emitted(ray, mi.Point3f(point), emitter, shape, weight)
 
     def _bare(
         self, index: mi.UInt32, emitter: mi.EmitterPtr, bare: mi.Bool

@@ -137,8 +137,10 @@ def trace_paths(lamp: Lamp, sampler: mi.Sampler, visit: Visit | None = None) -> 
     ray, emitted = start.ray, dr.max(start.weight)
     medium = lamp.media.around(start.emitter, start.shape)
     nowhere, depth, events = dr.zeros(mi.Normal3f), mi.UInt32(0), mi.UInt32(0)
-    flown = mi.Float(0)  # metres in a straight line since the last surface; infinite once scattered
-    last = Exit(mi.Point3f(ray.o), nowhere, nowhere, mi.Vector3f(ray.d), start.weight, depth)
+    flown = mi.Float(0)  # metres straight on since the last surface; infinite once scattered
+    last = Exit(
+        mi.Point3f(start.position), nowhere, nowhere, mi.Vector3f(ray.d), start.weight, depth
+    )
     crossing = Crossing(dr.zeros(Exit), mi.Float(0), mi.Float(0))
     fate = dr.select(dr.isfinite(emitted), mi.UInt32(ABSORBED), BROKEN)
     sharp = start.shape == dr.zeros(mi.ShapePtr)

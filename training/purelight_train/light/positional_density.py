@@ -16,6 +16,7 @@ from purelight_train.light.exit_surface import ExitSurface
 Float = NDArray[np.float32]
 QUERY_BATCH = 1 << 18
 MAX_CELLS = 192
+FEWEST = 4  # points of area
 ALIKE_COSINE = 0.5
 
 
@@ -97,11 +98,16 @@ class PositionalDensity:
     than a disc; the area is therefore estimated from points uniform on the surface with the same
     neighbour rule, which equals pi r² on flat ground and removes the bias at edges. The points
     are spread evenly, or their noise would add as much again as the photons'.
+
+    Attributes:
+        least_area: that a place is taken to have, of a few points: a small bare emitter in a large
+            lamp is far smaller than the disc.
     """
 
     photons: NeighbourSum
     area: NeighbourSum
     radius: float
+    least_area: float
 
     @staticmethod
     def build(
@@ -123,11 +129,11 @@ class PositionalDensity:
         count = len(records)
         point, normal = surface.sample_evenly(count, rng)
         weight = np.full((count, 3), surface.area / count, np.float32)
-        return PositionalDensity(photons, NeighbourSum(point, normal, weight, radius), radius)
+        area = NeighbourSum(point, normal, weight, radius)
+        return PositionalDensity(photons, area, radius, FEWEST * surface.area / count)
 
     def exitance(self, position: Float, normal: Float) -> NDArray[np.float32]:
         """Power per area in W/m² per channel at [M, 3] with normals [M, 3]: [M, 3]."""
         power = self.photons(position, normal)
         area = self.area(position, normal)
-        floor = 0.05 * math.pi * self.radius**2
-        return (power / np.maximum(area, floor)).astype(np.float32)
+        return (power / np.maximum(area, self.least_area)).astype(np.float32)

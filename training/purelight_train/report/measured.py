@@ -65,7 +65,7 @@ class MeasuredLight:
         measured, error = _intensity(
             self.records.direction, self.records.weight / np.float32(self.records.paths)
         )
-        learned, noise = _intensity(direction, power)
+        learned, noise = _intensity(direction, power / STUDENT_RAYS)
         edge = np.degrees(np.arccos(np.linspace(1, -1, BANDS + 1)))
         rows = [
             [f"{edge[k]:.0f}° to {edge[k + 1]:.0f}°", f"{measured[k]:.4g} cd",

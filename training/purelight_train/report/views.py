@@ -39,13 +39,21 @@ class LampViews:
     teacher: Radiance | None = None
 
     def rows(self) -> list[Row]:
-        """The rows, one a view, all at the same exposure."""
-        lit = np.concatenate([view.truth.image[view.mask] for view in self.views])
+        """The rows, one a view, all at the same exposure.
+
+        None of views in which the lamp is too thin to be met by any ray of the picture.
+        """
+        views = [pair for pair in zip(TITLES, self.views, strict=True) if pair[1].mask.any()]
+        if not views:
+            return []
+        lit = np.concatenate([view.truth.image[view.mask] for _, view in views])
         grade = lamp_grade(self.description.flux, lit, 93)
         level = float(lit.mean())
-        return [self._row(grade, level, *each) for each in zip(TITLES, self.views, strict=True)]
+        return [
+            self._row(grade, level, *pair, told=number == 0) for number, pair in enumerate(views)
+        ]
 
-    def _row(self, grade: Grade, level: float, title: str, view: View) -> Row:
+    def _row(self, grade: Grade, level: float, title: str, view: View, *, told: bool) -> Row:
         mask = blocks_of(view.mask)
         fields = {"Student": view.student}
         if self.teacher is not None:
@@ -66,7 +74,7 @@ class LampViews:
             "is too bright (warm) or too dark (blue) as shown here, in parts of white; the last "
             "picture shows how much of that is the reference's noise, on the same scale."
         )
-        return Row(title, text if title == TITLES[0] else "", shots)
+        return Row(title, text if told else "", shots)
 
 
 def _truth_shot(grade: Grade, truth: Picture, mask: Mask, *, dark: bool) -> Shot:

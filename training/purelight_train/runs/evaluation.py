@@ -10,11 +10,12 @@ from numpy.typing import NDArray
 from torch import nn
 
 from purelight_train.learning.flux_closure import (
-    by_direction,
+    DirectionalLight,
+    bounded,
     cell_directions,
     effective_size,
     escaping_flux,
-    mean_of,
+    moments_of,
     tilt,
 )
 from purelight_train.light.exit_records import ExitRecords
@@ -86,18 +87,16 @@ def close_flux(
     student: Student, radiance: Radiance, lamp: TracedLamp, rng: np.random.Generator
 ) -> None:
     """Make the student's escaping flux the light-traced one, in all and by direction."""
-    cells: list[Cells] = []
+    told = DirectionalLight()
     with _flux_bar("flux of the student") as bar:
         integral, _ = escaping_flux(
-            lamp.reference_rays, radiance, rng,
-            visit=lambda direction, power: cells.append(by_direction(direction, power)),
-            progress=bar.part,
-        )  # fmt: skip
+            lamp.reference_rays, radiance, rng, visit=told.add, progress=bar.part
+        )
     flux = np.asarray(lamp.description.flux)
     gain = np.divide(flux, integral, out=np.ones(3), where=integral > 0)
     student.gain.copy_(student.gain.cpu() * torch.from_numpy(gain))
     escaped = lamp.records.take(lamp.records.escaped)
-    _tilt(student, np.sum(cells, 0), escaped.direction, escaped.weight.astype(np.float64))
+    _tilt(student, told, escaped.direction, escaped.weight.astype(np.float64))
 
 
 def _flux_bar(title: str) -> Bar:
@@ -105,20 +104,24 @@ def _flux_bar(title: str) -> Bar:
     return Bar(title, 100, "%", lambda _: None)
 
 
-def _tilt(student: Student, told: Cells, direction: Float, weight: Cells) -> None:
+def _tilt(student: Student, told: DirectionalLight, direction: Float, weight: Cells) -> None:
     """Give the student's light the direction harmonics of traced light.
 
     Arguments:
-        told: the student's, by cell of its direction, [K, 3].
+        told: the student's.
         direction, weight: of traced light, [N, 3].
     """
-    traced = by_direction(direction, weight)
-    toward = torch.from_numpy(cell_directions()).to(student.tilt.device)
-    harmonics = student.harmonics(toward).cpu().double().numpy()
-    records = effective_size(weight)
+
+    def harmonics(toward: Float) -> Cells:
+        given = torch.from_numpy(np.ascontiguousarray(toward, np.float32))
+        value: Cells = student.harmonics(given.to(student.tilt.device)).cpu().double().numpy()
+        return value
+
+    there, everywhere = harmonics(told.toward()), harmonics(cell_directions())
+    moments, records = moments_of(harmonics, direction, weight), effective_size(weight)
     for c in range(3):
-        moments = mean_of(harmonics, traced[:, c])
-        more = tilt(told[:, c], harmonics, moments, float(records[c]))
+        more = tilt(told.power[:, c], there, moments[c], float(records[c]))
+        more = bounded(more, told.power[:, c], there, everywhere)
         student.tilt[c] += torch.from_numpy(more).to(student.tilt)
 
 

@@ -45,6 +45,8 @@ def right_size(
     run = RunDirectory.open(run_path)
     if output.exists():
         raise PureLightError(f"{output}: exists already; choose another --output")
+    if output.resolve().is_relative_to(run.path.resolve()):
+        raise PureLightError(f"{output}: lies in the run that is read; choose another --output")
     training = reopen(run, Path(run.config["luminaire"]), device)
     search = StudentSize(training.lamp, training.student, training.stages)
     if target is None:
@@ -57,7 +59,7 @@ def right_size(
     figures = fidelity(
         as_function(student, training.stages.device), training.lamp,
         training.stages.rng("metrics"),
-    )  # fmt: skip
+    ) | {"flux_gain": student.gain.tolist()}  # fmt: skip
     preset, transparency, sampling = _others(training, rung.preset, target)
     if "verdict" in run.read_json("metrics.json"):  # It is about other networks
         figures["verdict"] = verdict(training, judge_of(training, student, **sampling)).to_json()

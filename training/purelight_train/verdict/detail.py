@@ -12,6 +12,7 @@ from purelight_train.truth.picture import Image, Picture, means
 
 VISIBLE = 0.1  # of the mean light: neighbourhoods from there on count in full for an eye
 FAINT = 0.05  # contrast that is just seen, and counts for half
+SURELY = 2.0  # standard errors
 
 
 @dataclass(frozen=True)
@@ -22,11 +23,13 @@ class Detail:
         contrast: root of the mean square of the true detail, relative to its neighbourhood.
         kept: part of it that is told, in its place: 1 in a right picture, 0 where all is blurred.
         error: standard error of `kept`.
+        faint: whether the true detail is surely too faint to be seen, so that nothing is lost.
     """
 
     contrast: float
     kept: float
     error: float
+    faint: bool = False
 
 
 @dataclass(frozen=True)
@@ -51,7 +54,8 @@ def detail(told: Picture, true: Picture, scale: Scale, where: Mask) -> Detail:
 
     .. math:: \frac{\sum_n w_n \sum c_S\,c_T}{\sum_n w_n \sum c_{T_a} c_{T_b}}
 
-    over neighbourhoods n. Halves a and b are independent, so noise is in neither sum but by chance.
+    over neighbourhoods n. Halves a and b are independent, so noise is in neither sum but by chance;
+    the weight w is by what is told, not by the truth, for it must be independent of both.
     Squares and neighbourhoods of which less than half counts are left out.
 
     Arguments:
@@ -65,7 +69,7 @@ def detail(told: Picture, true: Picture, scale: Scale, where: Mask) -> Detail:
     usual = float(level[cover >= 0.5].mean()) if (cover >= 0.5).any() else 0.0
     weight = level * (cover >= 0.5)
     if scale.eye and usual > 0:
-        strength = means(0.5 * (s**2 + t**2), side) + FAINT**2
+        strength = means(s**2, side) + FAINT**2
         weight = np.minimum(weight / (VISIBLE * usual), 1) / strength
     return _transfer(weight * common, weight * square, weight)
 
@@ -78,14 +82,19 @@ def join(pictures: list[Picture]) -> Picture:
 
 
 def _transfer(common: Image, square: Image, weight: Image) -> Detail:
-    """The regression; of detail too faint to be seen, nothing is lost."""
+    """The regression; of detail that is surely too faint to be seen, nothing is lost."""
     total, power = float(weight.sum()), float(square.sum())
-    if not power > FAINT**2 * total:
-        return Detail(float(np.sqrt(max(power, 0) / total)) if total > 0 else 0.0, 1.0, 0.0)
+    if not total > 0:
+        return Detail(0.0, 1.0, 0.0, faint=True)
+    contrast, least = float(np.sqrt(max(power, 0) / total)), FAINT**2 * total
+    # Neighbourhoods are independent
+    known = float(np.sqrt((square**2).sum()))
+    if power + SURELY * known < least:
+        return Detail(contrast, 1.0, 0.0, faint=True)
+    power = max(power, least)
     kept = float(common.sum()) / power
-    # Neighbourhoods are independent: the spread of a ratio of sums
     error = float(np.sqrt(((common - kept * square) ** 2).sum())) / power
-    return Detail(float(np.sqrt(power / total)), kept, error)
+    return Detail(contrast, kept, error)
 
 
 def _contrast(image: Image, level: Image, where: Mask, scale: Scale) -> Image:

@@ -111,12 +111,13 @@ class Look:
 
     @property
     def detail(self) -> tuple[float, Detail]:
-        """What is left of the finest detail that is known, and its part of the picture's width."""
-        for scale in SCALES:
-            found = self._detail(scale)
-            if found.error < KNOWN:
-                break
-        return scale.side / SIZE, found
+        """What is left of the finest detail that is known, and its part of the picture's width.
+
+        Detail that is too faint to be seen counts only where no scale has any other.
+        """
+        every = [(scale.side / SIZE, self._detail(scale)) for scale in SCALES]
+        seen = [pair for pair in every if not pair[1].faint] or every
+        return next((pair for pair in seen if pair[1].error < KNOWN), seen[-1])
 
     def _detail(self, scale: Scale) -> Detail:
         return detail(self.student, self.truth, scale, self.mask)
