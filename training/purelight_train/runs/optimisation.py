@@ -105,7 +105,8 @@ def optimise(
     """Minimise `loss` over the module's parameters.
 
     Each step draws its batch from a generator seeded by (seed, step), so a resumed run sees the
-    batches it would have seen. A step whose loss or gradient is not finite, or whose gradient
+    batches it would have seen, but for those of a `photon_batches.Stream`, which goes on with rows
+    that it has not given. A step whose loss or gradient is not finite, or whose gradient
     is far longer than usual, is skipped and counted.
 
     Arguments:
