@@ -52,6 +52,66 @@ def Plane "Floor"
 """
 
 
+TEXTURED = """
+def Material "M"
+{{
+    token outputs:surface.connect = </M/S.outputs:surface>
+    def Shader "S"
+    {{
+        uniform token info:id = "UsdPreviewSurface"
+        {inputs}
+        token outputs:surface
+    }}
+    def Shader "T"
+    {{
+        uniform token info:id = "UsdUVTexture"
+        asset inputs:file = @./{file}@
+        {reader}
+        float3 outputs:rgb
+        float outputs:r
+        float outputs:g
+        float outputs:a
+    }}
+    def Shader "Moved"
+    {{
+        uniform token info:id = "UsdTransform2d"
+        float2 inputs:in.connect = </M/Where.outputs:result>
+        float2 inputs:translation = (0.5, 0)
+        float2 outputs:result
+    }}
+    def Shader "Where"
+    {{
+        uniform token info:id = "UsdPrimvarReader_float2"
+        string inputs:varname = "picture"
+        float2 outputs:result
+    }}
+}}
+def Mesh "Floor" ( prepend apiSchemas = ["MaterialBindingAPI"] )
+{{
+    uniform token subdivisionScheme = "none"
+    int[] faceVertexCounts = [4]
+    int[] faceVertexIndices = [0, 1, 2, 3]
+    point3f[] points = [(-2, -2, 0), (2, -2, 0), (2, 2, 0), (-2, 2, 0)]
+    texCoord2f[] primvars:{name} = {uv} ( interpolation = "vertex" )
+    rel material:binding = </M>
+}}
+"""
+UPRIGHT = "[(0, 0), (1, 0), (1, 1), (0, 1)]"
+RAW = 'token inputs:sourceColorSpace = "raw"\n'
+
+
+def textured(
+    inputs: str, reader: str = "", *, file: str = "map.exr", name: str = "st", uv: str = UPRIGHT
+) -> str:
+    """A square of a material with these inputs, and what may feed them: the texture T.
+
+    Arguments:
+        reader: Further inputs of the texture.
+        name, uv: Of the primvar with the square's coordinates.
+    """
+    return TEXTURED.format(inputs=inputs, reader=reader, file=file, name=name, uv=uv)
+
+
 def irradiance(folder: Path, light: str) -> np.ndarray:
     """Of a white floor at the origin, facing +Z, by light sampling."""
     view = mi.ScalarTransform4f().look_at([0, 0, 1e-3], [0, 0, 0], [0, 1, 0])

@@ -12,12 +12,8 @@ from benchmarks.systems.report.series import STRIPS, Results, Step, reach
 
 ACCURATE, FAST = "purelight_accurate", "purelight_fast"
 DRAFT, DRAFT_FAST = "purelight_draft", "purelight_draft_fast"
-PATH = "path"
-NCL, SHELLS, HISTOGRAM = (
-    ("ncl", "ncl_light_traced"),
-    ("shell_4d", "shell_4d_factorised"),
-    "histogram",
-)
+PATH, HISTOGRAM = "path", "histogram"
+NCL, SHELLS = ("ncl", "ncl_light_traced"), ("shell_4d", "shell_4d_factorised")
 SAMPLES, MANY = 64, 1_000_000  # ours, and path tracing's, as in the paper's first figure
 FASTER, BIAS = 1.4, 0.03  # times as fast, and the mean error that is called little here
 TIMING = 0.02  # of a ratio of times, which tells nothing

@@ -4,10 +4,10 @@ r"""Glare: what an eye sees of the lamp, and the unified glare rating that follo
 
 the sum of CIE 117:1995 over pixels, each of which is a source of its own, where that standard has
 one even luminaire: as CIE 232:2019 has it for those that are not even. Such a rating grows as
-pixels get smaller (a downlight's by two from 12 to 24 across), so all scales have pixels of one
-size. The observer looks straight ahead at the lamp's azimuth, p is Guth's
-position index of a pixel above that line. The background's luminance L_b is stated: nothing of a
-room is known here, and a difference of two ratings does not depend on it.
+pixels get smaller, so all scales have pixels of one size. The observer looks straight ahead at the
+lamp's azimuth, p is Guth's position index of a pixel above that line. The background's luminance
+L_b is stated: nothing of a room is known here, and a difference of two ratings does not depend on
+it.
 """
 
 from __future__ import annotations

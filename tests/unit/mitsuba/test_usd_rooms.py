@@ -15,7 +15,7 @@ from purelight_mitsuba.lamps import luminaire
 from purelight_mitsuba.usd_scene import load_usd, meshes
 from purelight_onnx.picture import write_exr
 from tests.support import analytic_lamps as lamps
-from tests.support.usd_stages import FLOOR, LIGHT, first_hit, loaded, stage
+from tests.support.usd_stages import FLOOR, LIGHT, RAW, UPRIGHT, first_hit, loaded, stage, textured
 
 # Instances
 
@@ -276,49 +276,6 @@ def Material "Red"
 
 # Textures
 
-TEXTURED = """
-def Material "M"
-{{
-    token outputs:surface.connect = </M/S.outputs:surface>
-    def Shader "S"
-    {{
-        uniform token info:id = "UsdPreviewSurface"
-        {inputs}
-        token outputs:surface
-    }}
-    def Shader "T"
-    {{
-        uniform token info:id = "UsdUVTexture"
-        asset inputs:file = @./map.exr@
-        token inputs:sourceColorSpace = "raw"
-        {reader}
-        float3 outputs:rgb
-    }}
-    def Shader "Moved"
-    {{
-        uniform token info:id = "UsdTransform2d"
-        float2 inputs:in.connect = </M/Where.outputs:result>
-        float2 inputs:translation = (0.5, 0)
-        float2 outputs:result
-    }}
-    def Shader "Where"
-    {{
-        uniform token info:id = "UsdPrimvarReader_float2"
-        string inputs:varname = "picture"
-        float2 outputs:result
-    }}
-}}
-def Mesh "Floor" ( prepend apiSchemas = ["MaterialBindingAPI"] )
-{{
-    uniform token subdivisionScheme = "none"
-    int[] faceVertexCounts = [4]
-    int[] faceVertexIndices = [0, 1, 2, 3]
-    point3f[] points = [(-2, -2, 0), (2, -2, 0), (2, 2, 0), (-2, 2, 0)]
-    texCoord2f[] primvars:{name} = {uv} ( interpolation = "vertex" )
-    rel material:binding = </M>
-}}
-"""
-UPRIGHT = "[(0, 0), (1, 0), (1, 1), (0, 1)]"
 MIRRORED = "[(1, 0), (0, 0), (0, 1), (1, 1)]"
 READ = "float2 inputs:st.connect = </M/{}.outputs:result>"
 
@@ -329,7 +286,7 @@ def colors(folder: Path, reader: str, name: str = "st") -> np.ndarray:
     picture[0, 0], picture[0, 1], picture[1, 0] = np.eye(3)
     write_exr(folder / "map.exr", picture)
     inputs = "color3f inputs:diffuseColor.connect = </M/T.outputs:rgb>"
-    prim = TEXTURED.format(inputs=inputs, reader=reader, name=name, uv=UPRIGHT)
+    prim = textured(inputs, RAW + reader, name=name)
     scene = loaded(folder, prim).scene
     hits = (first_hit(scene, x, y) for x, y in ((0.25, 0.25), (0.75, 0.25), (0.25, 0.75)))
     return np.array([np.array(h.bsdf().eval_diffuse_reflectance(h)).ravel() for h in hits])
@@ -354,7 +311,7 @@ def tilted(folder: Path, uv: str, lean: np.ndarray, decoding: str) -> np.ndarray
     coded = np.broadcast_to(np.float32(0.5 + 0.5 * lean), (4, 4, 3))
     write_exr(folder / "map.exr", coded)
     inputs = "normal3f inputs:normal.connect = </M/T.outputs:rgb>"
-    scene = loaded(folder, TEXTURED.format(inputs=inputs, reader=decoding, name="st", uv=uv)).scene
+    scene = loaded(folder, textured(inputs, RAW + decoding, uv=uv)).scene
     hit = first_hit(scene, 0.55, 0.45)
     x, y = (mi.Float(v.ravel()) for v in np.meshgrid(*[np.linspace(-0.95, 0.95, 41)] * 2))
     z = dr.safe_sqrt(1 - dr.square(x) - dr.square(y))

@@ -11,7 +11,15 @@ import pytest
 from purelight_format.errors import PureLightError
 from purelight_mitsuba.usd_scene import load_usd
 from purelight_onnx.picture import write_exr
-from tests.support.usd_stages import CAMERA, LIGHT, first_hit, irradiance, loaded, stage
+from tests.support.usd_stages import (
+    CAMERA,
+    LIGHT,
+    first_hit,
+    irradiance,
+    loaded,
+    stage,
+    textured,
+)
 
 # Lights
 
@@ -45,37 +53,6 @@ def test_lights_from_all_around_add_up(order: int, tmp_path: Path) -> None:
 
 # Textures
 
-TEXTURED = """
-def Material "M"
-{{
-    token outputs:surface.connect = </M/S.outputs:surface>
-    def Shader "S"
-    {{
-        uniform token info:id = "UsdPreviewSurface"
-        {inputs}
-        token outputs:surface
-    }}
-    def Shader "T"
-    {{
-        uniform token info:id = "UsdUVTexture"
-        asset inputs:file = @./{file}@
-        {texture}
-        float3 outputs:rgb
-        float outputs:r
-        float outputs:g
-        float outputs:a
-    }}
-}}
-def Mesh "Floor" ( prepend apiSchemas = ["MaterialBindingAPI"] )
-{{
-    int[] faceVertexCounts = [4]
-    int[] faceVertexIndices = [0, 1, 2, 3]
-    point3f[] points = [(-5, -5, 0), (5, -5, 0), (5, 5, 0), (-5, 5, 0)]
-    uniform token subdivisionScheme = "none"
-    texCoord2f[] primvars:st = [(0, 0), (1, 0), (1, 1), (0, 1)] ( interpolation = "vertex" )
-    rel material:binding = </M>
-}}
-"""
 OPACITY = "float inputs:opacity.connect = </M/T.outputs:{}>"
 HALF = 128 / 255
 LINEAR_HALF = 0.2158605
@@ -97,7 +74,7 @@ def pictures(folder: Path) -> None:
 
 def opacity(folder: Path, file: str, output: str, texture: str = "", inputs: str = "") -> float:
     given = OPACITY.format(output) + inputs
-    return covered(folder, TEXTURED.format(inputs=given, file=file, texture=texture))
+    return covered(folder, textured(given, texture, file=file))
 
 
 def covered(folder: Path, material: str) -> float:
@@ -148,7 +125,7 @@ def test_opacity_is_all_or_nothing_about_its_threshold(
     cut = f"\n float inputs:opacityThreshold = {threshold}"
     assert opacity(tmp_path, "grey.png", "r", inputs=cut) == expected
     plain = "float inputs:opacity = 0.5" + cut
-    assert covered(tmp_path, TEXTURED.format(inputs=plain, file="x.png", texture="")) == expected
+    assert covered(tmp_path, textured(plain)) == expected
 
 
 @pytest.mark.parametrize(
@@ -164,7 +141,7 @@ def test_how_a_picture_goes_on_is_noted_where_it_goes_on_otherwise(
     texture: str, note: str | None, tmp_path: Path
 ) -> None:
     pictures(tmp_path)
-    text = TEXTURED.format(inputs=OPACITY.format("r"), file="rgb.png", texture=texture)
+    text = textured(OPACITY.format("r"), texture, file="rgb.png")
     notes = loaded(tmp_path, text).notes
     assert len(notes) == (note is not None)
     assert note is None or note in notes[0]
@@ -286,7 +263,7 @@ def test_inputs_of_another_type_are_noted(
     inputs: str, texture: str, name: str, tmp_path: Path
 ) -> None:
     pictures(tmp_path)
-    notes = loaded(tmp_path, TEXTURED.format(inputs=inputs, file="rgb.png", texture=texture)).notes
+    notes = loaded(tmp_path, textured(inputs, texture, file="rgb.png")).notes
     assert len(notes) == 1
     assert f"{name} is of another type" in notes[0]
 

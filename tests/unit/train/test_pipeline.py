@@ -271,6 +271,8 @@ def test_right_size(run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
     assert list(tmp_path.iterdir()) == []
     monkeypatch.setattr(student, "TRIAL", 60)
     monkeypatch.setattr(student, "FULL", Optimisation(120, 1 << 11, 1e-2))
+    with pytest.raises(PureLightError, match="lies in the run"):
+        right_size.right_size(run, run / "small", 10.0, "cpu")
     trials, others = right_size.right_size(run, small, 10.0, "cpu")
     before, after = (RunDirectory.open(path).network("student", Student) for path in (run, small))
     sizes = [sum(p.numel() for p in student.parameters()) for student in (before, after)]
@@ -286,6 +288,7 @@ def test_right_size(run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
     assert RunDirectory.open(small).network("sampler", Sampler).flow is not None
     figures = [json.loads((path / "metrics.json").read_text()) for path in (run, small)]
     np.testing.assert_allclose(figures[1]["student_flux"], figures[0]["student_flux"], rtol=0.02)
+    np.testing.assert_allclose(figures[1]["flux_gain"], after.gain)
     with pytest.raises(PureLightError, match="exists already"):
         right_size.right_size(run, small, 10.0, "cpu")
 

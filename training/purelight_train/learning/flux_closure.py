@@ -96,7 +96,7 @@ def escaping_rays(
 class DirectionalLight:
     """Light by cell of its direction, and which way it goes there.
 
-    A beam along the poles lies at the edge of its cells: their middles are ten degrees off.
+    A beam along the poles lies at the edge of its cells: their middles are degrees off.
 
     Attributes:
         power: [BANDS * AROUND, 3].

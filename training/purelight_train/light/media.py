@@ -8,6 +8,7 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
+from purelight_train.light.emission import emitter_shapes
 from purelight_train.light.rays import leave, scene_extent
 
 FARTHEST = 1e30
@@ -147,10 +148,10 @@ def _surroundings(scene: mi.Scene) -> mi.UInt32:
     """
     emitters = scene.emitters_dr()
     number = dr.reinterpret_array(mi.UInt32, emitters)
-    which = dr.tile(number, RAYS)
-    shape = dr.reinterpret_array(mi.EmitterPtr, which).get_shape()
+    turn = dr.arange(mi.UInt32, RAYS * len(number)) % len(number)
+    shape = dr.gather(mi.ShapePtr, emitter_shapes(scene), turn)
     sampler = mi.load_dict({"type": "independent"})
-    sampler.seed(0, dr.width(which))
+    sampler.seed(0, dr.width(shape))
     start = shape.sample_position(0, sampler.next_2d())
     turned = mi.Frame3f(start.n).to_world(mi.warp.square_to_cosine_hemisphere(sampler.next_2d()))
     medium = _ahead(scene, start, turned, shape != dr.zeros(mi.ShapePtr))

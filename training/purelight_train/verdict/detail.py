@@ -87,9 +87,8 @@ def _transfer(common: Image, square: Image, weight: Image) -> Detail:
     if not total > 0:
         return Detail(0.0, 1.0, 0.0, faint=True)
     contrast, least = float(np.sqrt(max(power, 0) / total)), FAINT**2 * total
-    # Neighbourhoods are independent
-    known = float(np.sqrt((square**2).sum()))
-    if power + SURELY * known < least:
+    spread = float(np.sqrt((square**2).sum()))  # Neighbourhoods are independent
+    if power + SURELY * spread < least:
         return Detail(contrast, 1.0, 0.0, faint=True)
     power = max(power, least)
     kept = float(common.sum()) / power

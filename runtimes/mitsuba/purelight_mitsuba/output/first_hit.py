@@ -43,9 +43,10 @@ class FirstHitIntegrator(mi.SamplingIntegrator):
         medium: Any = None,
         active: mi.Bool = True,
     ) -> tuple[mi.Color3f, mi.Bool, list[mi.Float]]:
-        found = scene.ray_intersect_preliminary(mi.Ray3f(ray), True, active)
         if self._hides:
             found = self.skip_area_emitters(scene, mi.Ray3f(ray), True, active)
+        else:
+            found = scene.ray_intersect_preliminary(mi.Ray3f(ray), True, active)
         si = found.compute_surface_interaction(mi.Ray3f(ray), mi.RayFlags.All, active)
         valid = active & si.is_valid()
         bsdf = si.bsdf(ray)

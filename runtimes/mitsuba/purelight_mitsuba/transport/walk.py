@@ -245,7 +245,6 @@ class Walk:
         """
         if not self.lamps.overlapping:
             return on
-
         start = met.distance
         ray = mi.Ray3f(dr.fma(on.direction, start, on.origin), on.direction)
         ray.maxt = on.length - start

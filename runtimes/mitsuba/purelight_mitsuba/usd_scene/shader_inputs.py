@@ -77,5 +77,5 @@ def wrap_mode(texture: Any, values: Values) -> str:
     if "black" in along:
         values.note(texture.GetPrim(), "a picture with black around it; repeated instead")
     if modes[0] != modes[1]:
-        values.note(texture.GetPrim(), f"goes on by {along[0]} along both axes, not {along[1]}")
+        values.note(texture.GetPrim(), f"goes on by {modes[0]} along both axes, not {modes[1]}")
     return modes[0]
