@@ -54,24 +54,33 @@ def detail(told: Picture, true: Picture, scale: Scale, where: Mask) -> Detail:
 
     .. math:: \frac{\sum_n w_n \sum c_S\,c_T}{\sum_n w_n \sum c_{T_a} c_{T_b}}
 
-    over neighbourhoods n. Halves a and b are independent, so noise is in neither sum but by chance;
-    the weight w is by what is told, not by the truth, for it must be independent of both.
-    Squares and neighbourhoods of which less than half counts are left out.
+    over neighbourhoods n. Halves a and b are independent, so noise is in neither sum but by chance,
+    and a weight w has no part in the noise of the squares that it is for. Squares and
+    neighbourhoods of which less than half counts are left out.
 
     Arguments:
         where: cells that count, [H, W].
     """
     level, cover = _means(0.5 * (told.image + true.image), where, scale.around)
     halves = [_contrast(half, level, where, scale) for p in (told, true) for half in p.halves]
+    counts = level * (cover >= 0.5)
     s, t = 0.5 * (halves[0] + halves[1]), 0.5 * (halves[2] + halves[3])
-    side = scale.around // scale.side
-    square, common = means(halves[2] * halves[3], side), means(s * t, side)
-    usual = float(level[cover >= 0.5].mean()) if (cover >= 0.5).any() else 0.0
-    weight = level * (cover >= 0.5)
-    if scale.eye and usual > 0:
-        strength = means(s**2, side) + FAINT**2
-        weight = np.minimum(weight / (VISIBLE * usual), 1) / strength
-    return _transfer(weight * common, weight * square, weight)
+    square, noise = halves[2] * halves[3], (0.5 * (halves[2] - halves[3])) ** 2
+    every, side = (s * t, square, np.ones_like(s)), scale.around // scale.side
+    sums = np.zeros((3, *level.shape))
+    for these in checkerboard(s.shape):
+        weight = counts
+        if scale.eye:
+            others = [np.where(these, 0, 2 * each) for each in (s**2, square)]
+            weight = _for_an_eye(counts, others[0], others[1], noise)
+        sums += weight * [means(np.where(these, each, 0), side) for each in every]
+    return _transfer(*sums)
+
+
+def checkerboard(shape: tuple[int, ...]) -> tuple[Mask, Mask]:
+    """The white and the black squares of a board."""
+    white: Mask = np.indices(shape).sum(0) % 2 == 0
+    return white, ~white
 
 
 def join(pictures: list[Picture]) -> Picture:
@@ -79,6 +88,29 @@ def join(pictures: list[Picture]) -> Picture:
     image, error = (np.concatenate([getattr(p, k) for p in pictures]) for k in ("image", "error"))
     halves = [np.concatenate([p.halves[k] for p in pictures]) for k in (0, 1)]
     return Picture(image, (halves[0], halves[1]), error)
+
+
+def _for_an_eye(counts: Image, told: Image, true: Image, noise: Image) -> Image:
+    r"""Weights by which all contrast that is bright enough to be seen counts alike.
+
+    .. math:: w = \frac{\min(1, l / l_0)}{\max(\overline{c_S^2}, \overline{c_{T_a} c_{T_b}})
+              + c_0^2 + v}
+
+    with l a neighbourhood's light, means over its *other* squares, and v the noise of the truth's
+    contrast, which falls with the light.
+
+    Arguments:
+        counts: light of neighbourhoods, 0 where it does not count; the others are of squares.
+    """
+    weight, side = np.zeros_like(counts), told.shape[0] // counts.shape[0]
+    known = counts > 0
+    light = counts[known]
+    if not light.size:
+        return weight
+    strength = np.maximum(means(told, side), means(true, side))[known] + FAINT**2
+    per_light = float((means(noise, side)[known] * light).mean())
+    weight[known] = np.minimum(light / (VISIBLE * light.mean()), 1) / (strength + per_light / light)
+    return weight
 
 
 def _transfer(common: Image, square: Image, weight: Image) -> Detail:
