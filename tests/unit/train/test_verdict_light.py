@@ -189,7 +189,7 @@ def test_noise_of_the_truth_says_nothing_of_what_is_kept(kept: float, noise: flo
 
 @pytest.mark.parametrize("noise", [0.0, 0.2, 0.5])
 def test_what_is_lost_in_places_counts_like_what_is_kept_in_others(noise: float) -> None:
-    """However noisy the truth is: 0.02 of the half that is lost, for weights by the told alone."""
+    """However noisy the truth is; for weights by what is told alone the lost half is nearly all."""
     true, told = scenery(1.0)
     told[:, :64] = scenery(0.0)[1][:, :64]
     where = np.ones(true.shape[:2], bool)

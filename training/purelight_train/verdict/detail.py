@@ -68,7 +68,7 @@ def detail(told: Picture, true: Picture, scale: Scale, where: Mask) -> Detail:
     square, noise = halves[2] * halves[3], (0.5 * (halves[2] - halves[3])) ** 2
     every, side = (s * t, square, np.ones_like(s)), scale.around // scale.side
     sums = np.zeros((3, *level.shape))
-    for these in checkerboard(s.shape):
+    for these in _checkerboard(s.shape):
         weight = counts
         if scale.eye:
             others = [np.where(these, 0, 2 * each) for each in (s**2, square)]
@@ -77,17 +77,17 @@ def detail(told: Picture, true: Picture, scale: Scale, where: Mask) -> Detail:
     return _transfer(*sums)
 
 
-def checkerboard(shape: tuple[int, ...]) -> tuple[Mask, Mask]:
-    """The white and the black squares of a board."""
-    white: Mask = np.indices(shape).sum(0) % 2 == 0
-    return white, ~white
-
-
 def join(pictures: list[Picture]) -> Picture:
     """Pictures of one width as one, under each other."""
     image, error = (np.concatenate([getattr(p, k) for p in pictures]) for k in ("image", "error"))
     halves = [np.concatenate([p.halves[k] for p in pictures]) for k in (0, 1)]
     return Picture(image, (halves[0], halves[1]), error)
+
+
+def _checkerboard(shape: tuple[int, ...]) -> tuple[Mask, Mask]:
+    """The white and the black squares of a board."""
+    white: Mask = np.indices(shape).sum(0) % 2 == 0
+    return white, ~white
 
 
 def _for_an_eye(counts: Image, told: Image, true: Image, noise: Image) -> Image:
@@ -100,7 +100,10 @@ def _for_an_eye(counts: Image, told: Image, true: Image, noise: Image) -> Image:
     contrast, which falls with the light.
 
     Arguments:
-        counts: light of neighbourhoods, 0 where it does not count; the others are of squares.
+        counts: light of neighbourhoods, [h, w], 0 where it does not count.
+        told, true: squared contrast of the other squares, [h * side, w * side], twice, and 0 at
+            those that the weights are for.
+        noise: squared standard error of the truth's contrast, likewise of every square.
     """
     weight, side = np.zeros_like(counts), told.shape[0] // counts.shape[0]
     known = counts > 0
