@@ -1,4 +1,4 @@
-"""How Torch's threads wait: beside other busy processes, spinning ones are many times as slow."""
+"""How threads wait: beside other busy processes, spinning ones are many times as slow."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import sys
 
 import pytest
 
-from purelight_train.threads import WAITING
+from purelight_train.threads import SINGLE, WAITING
 
 PROGRAM = """
 import importlib, os, sys
@@ -21,6 +21,13 @@ class Watch:
 sys.meta_path.insert(0, Watch())
 importlib.import_module(sys.argv[1])
 import torch
+"""
+OPENBLAS = """
+import sys
+for name in sys.argv[1:]:
+    __import__(name)
+from threadpoolctl import threadpool_info
+print(*(i["num_threads"] for i in threadpool_info() if i["internal_api"] == "openblas"))
 """
 MODULES = (
     "purelight_train.cli", "purelight_train.runs.pipeline", "purelight_export.cli",
@@ -44,3 +51,30 @@ def test_every_program_lets_them_sleep(module: str) -> None:
 
 def test_who_chose_otherwise_has_it() -> None:
     assert imported("purelight_export.cli", OMP_WAIT_POLICY="ACTIVE") == "ACTIVE None"
+
+
+def of_openblas(*modules: str, **environment: str) -> set[str]:
+    """How many threads NumPy's and SciPy's OpenBLAS have, where modules are imported in turn."""
+    own = {name: value for name, value in os.environ.items() if name not in SINGLE}
+    words = [sys.executable, "-c", OPENBLAS, *modules, "scipy.linalg"]
+    run = subprocess.run(words, env=own | environment, capture_output=True, text=True, check=True)
+    return set(run.stdout.split())
+
+
+@pytest.fixture(scope="module")
+def may_have_two() -> None:
+    """Skips where NumPy or SciPy has another BLAS, or there is one processor."""
+    if of_openblas("numpy", OPENBLAS_NUM_THREADS="2") != {"2"}:
+        pytest.skip("no OpenBLAS here that could have two threads")
+
+
+@pytest.mark.usefixtures("may_have_two")
+@pytest.mark.parametrize("before", [(), ("numpy",), ("scipy.linalg",)])
+@pytest.mark.parametrize("module", ["purelight_train.cli", "purelight_train.runs.pipeline"])
+def test_openblas_has_one_thread_whoever_loads_it(before: tuple[str, ...], module: str) -> None:
+    assert of_openblas(*before, module) == {"1"}
+
+
+@pytest.mark.usefixtures("may_have_two")
+def test_openblas_keeps_the_threads_that_were_chosen() -> None:
+    assert of_openblas("purelight_train.cli", OPENBLAS_NUM_THREADS="2") == {"2"}
