@@ -36,12 +36,18 @@ MODULES = (
 )  # fmt: skip
 
 
+def printed(program: str, *words: str, **environment: str) -> list[str]:
+    """The lines of a program in an environment where nobody chose threads but `environment`."""
+    chosen = {*WAITING, *SINGLE, "OMP_NUM_THREADS"}
+    own = {name: value for name, value in os.environ.items() if name not in chosen}
+    words = (sys.executable, "-c", program, *words)
+    run = subprocess.run(words, env=own | environment, capture_output=True, text=True, check=True)
+    return run.stdout.splitlines()
+
+
 def imported(module: str, **environment: str) -> str:
     """What the environment said of waiting when Torch was first imported."""
-    own = {name: value for name, value in os.environ.items() if name not in WAITING}
-    words = [sys.executable, "-c", PROGRAM, module]
-    run = subprocess.run(words, env=own | environment, capture_output=True, text=True, check=True)
-    return run.stdout.splitlines()[0]
+    return printed(PROGRAM, module, **environment)[0]
 
 
 @pytest.mark.parametrize("module", MODULES)
@@ -55,10 +61,7 @@ def test_who_chose_otherwise_has_it() -> None:
 
 def of_openblas(*modules: str, **environment: str) -> set[str]:
     """How many threads NumPy's and SciPy's OpenBLAS have, where modules are imported in turn."""
-    own = {name: value for name, value in os.environ.items() if name not in SINGLE}
-    words = [sys.executable, "-c", OPENBLAS, *modules, "scipy.linalg"]
-    run = subprocess.run(words, env=own | environment, capture_output=True, text=True, check=True)
-    return set(run.stdout.split())
+    return set(printed(OPENBLAS, *modules, "scipy.linalg", **environment)[0].split())
 
 
 @pytest.fixture(scope="module")
