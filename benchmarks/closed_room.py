@@ -151,11 +151,11 @@ class Room:
 
         name = f"{self.name}-{label}"
         path = write_room(self.folder, name, lamp, self.at, self.mounting.target, self.reflectance)
-        scene, passes = load_scene(path), Passes()
-        mi.render(scene, spp=1)
+        scene, passes, samples = load_scene(path), Passes(), max(spp // PASSES, 1)
+        mi.render(scene, spp=samples)
         start = time.perf_counter()
         for index in range(PASSES):
-            image = mi.render(scene, spp=max(spp // PASSES, 1), seed=index + 1)
+            image = mi.render(scene, spp=samples, seed=index + 1)
             passes.add(np.array(image, np.float64)[..., :3])
         return passes.picture(), time.perf_counter() - start
 

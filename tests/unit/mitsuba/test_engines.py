@@ -104,6 +104,34 @@ def test_a_queue_that_is_too_small_loses_nothing(
     assert len(emptied) > 2
 
 
+def kernels(scene: mi.Scene, spp: int, mode: str) -> list[dict[str, Any]]:
+    """Those of a rendering that are slow to compile."""
+    with dr.scoped_set_flag(dr.JitFlag.KernelHistory, True):
+        dr.kernel_history_clear()
+        render(scene, spp, mode=mode)
+        history = dr.kernel_history([dr.KernelType.JIT])
+    return [kernel for kernel in history if kernel["operation_count"] > 500]
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_rounds_of_a_queue_have_one_kernel(
+    scene: mi.Scene, mode: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With one of its own for the first round, a picture takes twice as long to compile."""
+    monkeypatch.setattr(queue, "CAPACITY", 3000)
+    lanes = 8 * int(np.prod(scene.sensors()[0].film().crop_size()))
+    traced = [kernel["hash"] for kernel in kernels(scene, 8, mode) if kernel["size"] == lanes]
+    assert len(traced) > 2
+    assert len(set(traced)) == 1
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_another_number_of_samples_compiles_no_network_anew(scene: mi.Scene, mode: str) -> None:
+    few, many = ({k["hash"] for k in kernels(scene, spp, mode)} for spp in (4, 8))
+    assert few
+    assert many <= few
+
+
 def test_answers_in_batches_are_those_of_the_kernel(
     scene: mi.Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -6,6 +6,7 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
+from purelight_mitsuba.device_array import device_array
 from purelight_train.light.exit_surface import NEAR, ExitSurface, mitsuba_mesh
 
 
@@ -25,7 +26,7 @@ class LookBack:
         self._scene = mi.load_dict(content)
         self._near = dr.opaque(mi.Float, NEAR * surface.sphere.radius)
         table = np.column_stack([surface.outward_normals(), surface.two_sided])
-        self._outward = mi.Float(table.astype(np.float32).ravel())
+        self._outward = device_array(mi.Float, table)
 
     def __call__(
         self, position: mi.Point3f, direction: mi.Vector3f, reach: mi.Float, active: mi.Bool

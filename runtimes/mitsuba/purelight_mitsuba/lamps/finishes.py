@@ -15,6 +15,7 @@ import numpy as np
 
 from purelight_format.members.finishes import NONE, Finish
 from purelight_format.reflection import EDGE, SHARP, mean_reflectance
+from purelight_mitsuba.device_array import device_array
 from purelight_mitsuba.lamps.emitter import PureLightEmitter
 
 PACKETS = 8  # Of four floats per finish.
@@ -92,9 +93,8 @@ class Finishes:
 
     def __init__(self, finishes: Sequence[Finish]) -> None:
         rows = [row(finish) for finish in finishes]
-        self._table = mi.Float(np.array(rows, np.float32).ravel())
+        self._table = device_array(mi.Float, rows)
         self._count = len(rows)
-        dr.eval(self._table)
 
     def look(self, index: mi.UInt32, active: mi.Bool) -> Look:
         """Looks up finishes."""

@@ -10,6 +10,7 @@ import mitsuba as mi
 import numpy as np
 
 from purelight_format.errors import PureLightError
+from purelight_mitsuba.device_array import device_array
 from purelight_mitsuba.lamps.emitter import PureLightEmitter
 from purelight_mitsuba.sampling.far_field import HORIZONTAL, VERTICAL, FarField
 
@@ -43,9 +44,9 @@ class LampChoice:
         power = np.array([e.level * e.luminaire.power * e.placement.scale**2 for e in emitters])
         part = np.where(power > 0, np.maximum(power / power.sum(), LEAST), 0)
         rows, maps = _maps(emitters)
-        self._power = mi.Float(part.astype(np.float32))
-        self._spheres = mi.Float(_spheres(emitters).astype(np.float32).ravel())
-        self._rows, self._maps = mi.UInt32(rows), mi.Float(maps.ravel())
+        self._power = device_array(mi.Float, part)
+        self._spheres = device_array(mi.Float, _spheres(emitters))
+        self._rows, self._maps = device_array(mi.UInt32, rows), device_array(mi.Float, maps)
         self._count = mi.UInt32(len(emitters))
         dr.make_opaque(self._power, self._spheres, self._rows, self._maps, self._count)
 

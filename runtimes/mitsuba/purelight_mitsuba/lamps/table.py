@@ -11,6 +11,7 @@ import numpy as np
 
 from purelight_format.errors import PureLightError
 from purelight_format.smooth_normals import corner_normals
+from purelight_mitsuba.device_array import device_array
 from purelight_mitsuba.lamps.emitter import PureLightEmitter
 from purelight_mitsuba.lamps.finish_bsdf import FinishBSDF, ScatterBSDF
 from purelight_mitsuba.lamps.finishes import Finishes, Look, sides
@@ -125,21 +126,21 @@ class Lamps:
         mesh = _mesh(emitters, smooth)
         if self.finished:
             finishes, indices = sides(emitters)
-            self._finishes, self._sides = Finishes(finishes), mi.UInt32(indices.ravel())
+            self._finishes, self._sides = Finishes(finishes), device_array(mi.UInt32, indices)
             mesh = _mesh(emitters, smooth, FinishBSDF(self._finishes, self._sides))
             scatter = ScatterBSDF(self._finishes, self._sides)
             self._scattering = _mesh(emitters, smooth, scatter, copies=2)
-            self._normals = None if smooth is None else _device(smooth)
+            self._normals = None if smooth is None else device_array(mi.Float, smooth)
             self._shapes = mi.ShapePtr(mesh), mi.ShapePtr(self._scattering)
             self._count = mi.UInt32(len(indices))
             dr.make_opaque(self._count)
         self._scene = _scene(mesh, room)
         self.surface = SurfaceSampler([luminaire.surface for luminaire in self.luminaires])
-        self._facets = _device(_facets(emitters))
+        self._facets = device_array(mi.Float, _facets(emitters))
         counts = [len(e.luminaire.surface.triangles) for e in emitters]
-        self._first = mi.UInt32(np.cumsum([0, *counts[:-1]]))
+        self._first = device_array(mi.UInt32, np.cumsum([0, *counts[:-1]]))
         places = _places(emitters, self.luminaires)
-        self._places = _device(places)
+        self._places = device_array(mi.Float, places)
         self.overlapping = bool((places[:, 3, 3] >= 0).any())
         self.dark = not any(e.level * e.luminaire.power > 0 for e in emitters)
         self._choice = None if self.single or self.dark else LampChoice(emitters)
@@ -289,12 +290,6 @@ class Lamps:
             lambda *_: (mi.Float(1),),
         )
         return chance
-
-
-def _device(table: np.ndarray) -> mi.Float:
-    buffer = mi.Float(np.ascontiguousarray(table, np.float32).reshape(-1))
-    dr.eval(buffer)
-    return buffer
 
 
 def _normals(emitters: Sequence[PureLightEmitter]) -> np.ndarray | None:

@@ -6,6 +6,7 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
+from purelight_mitsuba.device_array import device_array
 from purelight_mitsuba.sampling.far_field import HORIZONTAL, VERTICAL
 
 
@@ -18,8 +19,7 @@ class DirectionTable:
 
     def __init__(self, values: np.ndarray) -> None:
         padded = np.pad(values, [(0, 0), (0, 0), (0, 1)])
-        self._table = mi.Float(padded.astype(np.float32).ravel())
-        dr.eval(self._table)
+        self._table = device_array(mi.Float, padded)
 
     def at(self, direction: mi.Vector3f, active: mi.Bool) -> mi.Color3f:
         """The colour in directions of the table's frame; its nadir is -Z."""

@@ -17,6 +17,7 @@ import numpy as np
 
 from purelight_format.color import LUMINANCE
 from purelight_format.members.surface import Surface
+from purelight_mitsuba.device_array import device_array
 
 DEFENSIVE = 0.2  # Part of the points drawn by area, so that no triangle with radiance is missed.
 SHELL = 1.25  # Radii from where on the sampler network alone aims at a lamp.
@@ -53,10 +54,9 @@ class SurfaceSampler:
             _table(surface, chance, threshold)
             for surface, chance, threshold in zip(surfaces, chances, thresholds, strict=True)
         ]
-        self._triangles = mi.Float(np.concatenate(tables).astype(np.float32).ravel())
-        self._aliases = mi.UInt32(np.concatenate(aliases).astype(np.uint32))
-        self._ranges = mi.UInt32(np.column_stack([first, counts]).astype(np.uint32).ravel())
-        dr.eval(self._triangles, self._aliases, self._ranges)
+        self._triangles = device_array(mi.Float, np.concatenate(tables))
+        self._aliases = device_array(mi.UInt32, np.concatenate(aliases))
+        self._ranges = device_array(mi.UInt32, np.column_stack([first, counts]))
 
     def sample(
         self, surface: mi.UInt32, choice: mi.Point2f, u: mi.Point2f, active: mi.Bool

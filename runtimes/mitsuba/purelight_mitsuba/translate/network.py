@@ -15,6 +15,7 @@ from drjit import nn
 from onnx import numpy_helper
 
 from purelight_format.errors import PureLightError
+from purelight_mitsuba.device_array import device_array
 from purelight_mitsuba.translate.operators import OPERATORS, Tensor, from_start, literal_type, row
 
 LITERAL_INPUTS = 4  # Layers of so few inputs (grid scales, one-blobs) are faster written out.
@@ -203,8 +204,7 @@ class Table:
         self._dtype = table.dtype.str[1:]
         self._rows, self._shape = len(table), table.shape[1:]
         self._size = int(np.prod(self._shape))
-        self._entries = kind(np.ascontiguousarray(table).reshape(-1))
-        dr.eval(self._entries)
+        self._entries = device_array(kind, table)
 
     def __call__(self, index: Value) -> Tensor:
         parts = [self._entry(element) for element in columns(index).reshape(-1)]

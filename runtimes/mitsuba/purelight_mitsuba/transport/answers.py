@@ -40,7 +40,9 @@ class Answers:
             evaluate = _compiled if self._compiled[index] else _batched
             radiance = finite(evaluate(luminaire, own.ray))
             found = Light.dark(len(light.groups)).add(radiance.value * own.weight, own.group)
-            light.scatter(found.spoil(radiance.spoilt), dr.gather(mi.UInt32, lane, chosen))
+            found, lanes = found.spoil(radiance.spoilt), dr.gather(mi.UInt32, lane, chosen)
+            dr.eval(found, lanes)
+            light.scatter(found, lanes)
             dr.eval(light)
 
 

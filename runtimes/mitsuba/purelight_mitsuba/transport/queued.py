@@ -43,6 +43,7 @@ class Queued(Engine):
     def follow(self, scene: mi.Scene, bounce: Bounce, path: Path, sampler: mi.Sampler) -> Path:
         """Traces paths as far as the queue goes, empties it, and goes on until all have ended."""
         queue, groups = Queue(dr.width(path.ray)), len(path.light.groups)
+        path = _stored(path, sampler)
         light, pending = Light.dark(groups), path.pending()
         while dr.any(pending):
             path, sampler = self._fill(queue, bounce, path, sampler)
@@ -97,7 +98,20 @@ class Queued(Engine):
         shot = self._aimed.aim(scene, vertex, waiting.throughput, numbers, everywhere)
         (segment,) = shot.segments
         end = self._walk.ask(segment)
-        light.scatter(end.light.spoil(shot.spoilt), waiting.lane)
-        dr.eval(light, end.question, waiting.lane)
+        brought = end.light.spoil(shot.spoilt)
+        dr.eval(brought, end.question, waiting.lane)  # Before adding: see `Light.scatter`
+        light.scatter(brought, waiting.lane)
         self._answers.add(light, end.question, waiting.lane)
         return light
+
+
+def _stored(path: Path, sampler: mi.Sampler) -> Path:
+    """The paths with all of their state in memory, a number a lane, as when they have paused.
+
+    So the first round of tracing has the kernel of the others, and none of it is compiled twice.
+    """
+    everywhere = dr.opaque(mi.Bool, True, dr.width(path.ray))
+    path = dr.select(everywhere, path, dr.opaque(path))
+    sampler.schedule_state()
+    dr.eval(path)
+    return path

@@ -14,6 +14,7 @@ import mitsuba as mi
 import numpy as np
 
 from purelight_format.errors import PureLightError
+from purelight_mitsuba.device_array import device_array
 from purelight_mitsuba.usd_scene.corners import Corners
 from purelight_mitsuba.usd_scene.materials import Materials
 from purelight_mitsuba.usd_scene.preview_surface import Look
@@ -135,11 +136,11 @@ def _mesh(shape: Any, bsdf: mi.BSDF, emitter: mi.Emitter | None, buffers: _Buffe
         has_vertex_texcoords=buffers.uv is not None,
     )  # fmt: skip
     parameters = mi.traverse(result)
-    parameters["vertex_positions"] = mi.Float(buffers.position.astype(np.float32).ravel())
-    parameters["faces"] = mi.UInt32(buffers.triangles.astype(np.uint32).ravel())
+    parameters["vertex_positions"] = device_array(mi.Float, buffers.position)
+    parameters["faces"] = device_array(mi.UInt32, buffers.triangles)
     if buffers.normal is not None:
-        parameters["vertex_normals"] = mi.Float(buffers.normal.astype(np.float32).ravel())
+        parameters["vertex_normals"] = device_array(mi.Float, buffers.normal)
     if buffers.uv is not None:
-        parameters["vertex_texcoords"] = mi.Float(buffers.uv.astype(np.float32).ravel())
+        parameters["vertex_texcoords"] = device_array(mi.Float, buffers.uv)
     parameters.update()
     return result
