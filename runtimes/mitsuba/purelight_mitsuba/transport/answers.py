@@ -40,9 +40,7 @@ class Answers:
             evaluate = _compiled if self._compiled[index] else _batched
             radiance = finite(evaluate(luminaire, own.ray))
             found = Light.dark(len(light.groups)).add(radiance.value * own.weight, own.group)
-            found, lanes = found.spoil(radiance.spoilt), dr.gather(mi.UInt32, lane, chosen)
-            dr.eval(found, lanes)
-            light.scatter(found, lanes)
+            light.scatter(found.spoil(radiance.spoilt), dr.gather(mi.UInt32, lane, chosen))
             dr.eval(light)
 
 

@@ -68,9 +68,10 @@ class Light:
     def scatter(self, other: Light, lane: mi.UInt32) -> None:
         """Adds other lanes' light to lanes, in place.
 
-        On a processor the kernel that adds holds the number of lanes. Evaluate what is added first,
-        lest that kernel has the networks in it, and is compiled again for pictures of another size.
+        On a processor the kernel that adds holds the number of lanes. It is one of its own, lest
+        the networks are in it, and are compiled again for pictures of another size.
         """
+        dr.eval(other, lane)
         dr.scatter_add(self.total, other.total, lane)
         for part, more in zip(self.groups, other.groups, strict=True):
             dr.scatter_add(part, more, lane)

@@ -99,7 +99,7 @@ class Queued(Engine):
         (segment,) = shot.segments
         end = self._walk.ask(segment)
         brought = end.light.spoil(shot.spoilt)
-        dr.eval(brought, end.question, waiting.lane)  # Before adding: see `Light.scatter`
+        dr.eval(brought, end.question, waiting.lane)  # In one, for both are of one walk
         light.scatter(brought, waiting.lane)
         self._answers.add(light, end.question, waiting.lane)
         return light
