@@ -19,10 +19,11 @@ from numpy.typing import NDArray
 from purelight_format import command
 from purelight_mitsuba import platform
 from purelight_train.light.exit_records import ExitRecords, settle
-from purelight_train.light.exit_surface import ExitSurface, visible_part
+from purelight_train.light.exit_surface import ExitSurface
 from purelight_train.light.light_tracing import trace_records
 from purelight_train.light.luminaire import scene_triangles
 from purelight_train.light.positional_density import PositionalDensity
+from purelight_train.light.visible_part import visible_part
 
 RADIUS, OFFSET, INTENSITY = 0.05, 0.03, 1.0
 NEIGHBOURS = (50, 100, 200, 400, 800, 1600, 3200, 6400)

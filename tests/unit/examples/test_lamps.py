@@ -38,10 +38,10 @@ def entry(request: pytest.FixtureRequest) -> Entry:
 @pytest.fixture(autouse=True)
 def _quick(monkeypatch: pytest.MonkeyPatch) -> None:
     """Enough rays to judge a lamp by, not to train it from."""
-    from purelight_train.light import exit_surface, light_tracing, luminaire
+    from purelight_train.light import light_tracing, luminaire, visible_part
 
-    monkeypatch.setattr(exit_surface, "LEAVING_RAYS", RAYS)
-    monkeypatch.setattr(exit_surface, "PER_TRIANGLE", (2, 16))
+    monkeypatch.setattr(visible_part, "LEAVING_RAYS", RAYS)
+    monkeypatch.setattr(visible_part, "PER_TRIANGLE", (2, 16))
     monkeypatch.setattr(light_tracing, "BATCH", RAYS)
     monkeypatch.setattr(luminaire, "VISIBILITY_RAYS", RAYS)
 

@@ -17,7 +17,7 @@ from tests.support.rays import disc
 
 use()
 
-from purelight_train.light import exit_surface, luminaire  # noqa: E402
+from purelight_train.light import luminaire, visible_part  # noqa: E402
 from purelight_train.light.exit_records import ExitRecords, settle  # noqa: E402
 from purelight_train.light.light_tracing import trace_records  # noqa: E402
 from purelight_train.light.luminaire import load_luminaire  # noqa: E402
@@ -35,7 +35,7 @@ DOME = f"""<shape type="sphere"><float name="radius" value="0.01"/>{GLASS}</shap
 @pytest.fixture(autouse=True)
 def _few_rays(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(luminaire, "VISIBILITY_RAYS", 1 << 16)
-    monkeypatch.setattr(exit_surface, "PER_TRIANGLE", (4, 16))
+    monkeypatch.setattr(visible_part, "PER_TRIANGLE", (4, 16))
 
 
 def scene(

@@ -128,36 +128,16 @@ def test_not_finite_paths_are_dropped_counted_and_told(mitsuba: Any) -> None:
     assert len(records) + records.dropped <= records.paths
 
 
-def test_copies_and_slivers_are_left_out(mitsuba: Any) -> None:
-    """A cube with each face twice, once the other way round, and with empty triangles."""
-    import trimesh
-
-    from purelight_train.light.exit_surface import visible_part
-
-    cube = trimesh.creation.box()
-    corners = np.asarray(cube.vertices, np.float32)
-    faces = np.asarray(cube.faces, np.uint32)
-    empty = np.array([[0, 0, 1], [2, 2, 2]], np.uint32)
-    doubled = np.concatenate((faces, faces[:, ::-1] + len(corners), empty))
-    rng = np.random.default_rng(0)
-    surface = visible_part(np.concatenate((corners, corners)), doubled, None, 1 << 14, rng)
-    assert len(surface.triangles) == 12
-    assert surface.area == pytest.approx(6)
-    position, normal = surface.sample(1000, rng)
-    assert (np.einsum("nd,nd->n", position, normal) > 0.49).all()
-    with pytest.raises(PureLightError, match="no area"):
-        visible_part(corners, empty, None, 1 << 10, rng)
-
-
 @pytest.mark.parametrize("change", ["flipped", "open"])
 def test_flipped_and_open_globes_give_finite_records(mitsuba: Any, change: str) -> None:
     """Wrong glass is refracted wrongly, but nothing breaks and no power appears."""
     import trimesh
 
     from purelight_train.light.exit_records import settle
-    from purelight_train.light.exit_surface import mitsuba_mesh, visible_part
+    from purelight_train.light.exit_surface import mitsuba_mesh
     from purelight_train.light.light_tracing import trace_records
     from purelight_train.light.luminaire import scene_triangles
+    from purelight_train.light.visible_part import visible_part
 
     globe = trimesh.creation.icosphere(3)
     faces = globe.faces[:, ::-1] if change == "flipped" else globe.faces[: len(globe.faces) // 2]
@@ -198,7 +178,6 @@ def test_rays_without_radiance_are_refused(
     mitsuba: Any, tmp_path: Path, glass: str, refused: bool
 ) -> None:
     """A point light in clear glass sends out rays; in rough glass its light has a radiance."""
-    from purelight_format.errors import PureLightError
     from purelight_train.presets import DRAFT
     from purelight_train.runs.pipeline import start
 
@@ -247,7 +226,7 @@ def test_smooth_emitters_are_warned_of(mitsuba: Any, tmp_path: Path) -> None:
 @pytest.mark.parametrize("stray", [1e7, math.nan])
 def test_vertices_of_no_triangle_do_not_matter(mitsuba: Any, stray: float) -> None:
     """A sheet with a vertex far away, or nowhere, is still seen from both sides."""
-    from purelight_train.light.exit_surface import visible_part
+    from purelight_train.light.visible_part import visible_part
 
     globe = trimesh.creation.icosphere(3)
     corners = np.asarray(globe.vertices, np.float32)

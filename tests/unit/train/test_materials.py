@@ -126,9 +126,9 @@ def test_through_a_cube_around(mitsuba: Any, name: str) -> None:
 def test_light_let_through_is_seen_at_the_outer_surface(mitsuba: Any, name: str) -> None:
     """A viewer meets the cube first, so the exit points lie there, straight light included."""
     from purelight_train.light.exit_records import settle
-    from purelight_train.light.exit_surface import visible_part
     from purelight_train.light.light_tracing import trace_records
     from purelight_train.light.luminaire import scene_triangles
+    from purelight_train.light.visible_part import visible_part
 
     parts = {"bulb": BULB, "cube": cube(mitsuba, ENCLOSING[name])}
     scene = mitsuba.load_dict({"type": "scene", **parts})

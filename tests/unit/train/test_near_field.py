@@ -70,9 +70,9 @@ def test_light_that_meets_the_lamp_often(plates: Any) -> None:
 
 
 def test_convex_lamps_have_none(mitsuba: Any) -> None:
-    from purelight_train.light.exit_surface import visible_part
     from purelight_train.light.light_tracing import trace_records
     from purelight_train.light.luminaire import scene_triangles
+    from purelight_train.light.visible_part import visible_part
 
     glass = {"type": "sphere", "bsdf": {"type": "dielectric"}}
     bulb = {"type": "sphere", "radius": 0.1, "emitter": {"type": "area", "radiance": 1.0}}
@@ -234,8 +234,8 @@ def test_thinning_changes_no_ratio(plates: Any, mitsuba: Any) -> None:
 
 def test_deep_shade_has_an_inside(mitsuba: Any) -> None:
     """A long open tube of sheet metal shows its inside to few rays; who looks up it sees it."""
-    from purelight_train.light.exit_surface import visible_part
     from purelight_train.light.luminaire import scene_triangles
+    from purelight_train.light.visible_part import visible_part
 
     tube = mitsuba.load_dict({"type": "cylinder", "p0": [0, 0, 0], "p1": [0, 0, 40], "radius": 1})
     ball = mitsuba.load_dict({"type": "sphere", "center": [0, 0, 50], "radius": 3})
@@ -248,8 +248,9 @@ def test_deep_shade_has_an_inside(mitsuba: Any) -> None:
 
 def test_bulb_deep_in_a_shade_has_no_holes(mitsuba: Any) -> None:
     """Few rays from outside meet it; whoever looks up the tube must never see it from behind."""
-    from purelight_train.light.exit_surface import inward_rays, visible_part
+    from purelight_train.light.exit_surface import inward_rays
     from purelight_train.light.luminaire import scene_triangles
+    from purelight_train.light.visible_part import visible_part
 
     tube = mitsuba.load_dict({"type": "cylinder", "p0": [0, 0, 0], "p1": [0, 0, 9], "radius": 1})
     bulb = mitsuba.load_dict({"type": "sphere", "center": [0, 0, 4], "radius": 0.7})

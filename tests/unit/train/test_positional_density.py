@@ -10,10 +10,10 @@ import numpy as np
 
 def test_uniform_sphere_and_its_flux(mitsuba: Any) -> None:
     from purelight_train.light.exit_records import settle
-    from purelight_train.light.exit_surface import visible_part
     from purelight_train.light.light_tracing import trace_records
     from purelight_train.light.luminaire import scene_triangles
     from purelight_train.light.positional_density import PositionalDensity
+    from purelight_train.light.visible_part import visible_part
 
     cube = {
         "type": "cube",

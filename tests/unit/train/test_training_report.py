@@ -239,8 +239,8 @@ def test_a_lamp_thinner_than_a_pixel_has_figures_too(mitsuba: Any) -> None:
 
     from purelight_format.verdict import figures
     from purelight_train.light.description import Description
-    from purelight_train.light.exit_surface import visible_part
     from purelight_train.light.luminaire import scene_triangles
+    from purelight_train.light.visible_part import visible_part
     from purelight_train.report.views import LampViews
     from purelight_train.verdict.look import Look, views
     from purelight_train.verdict.measure import looked_figures

@@ -10,8 +10,6 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
 from purelight_format.errors import PureLightError
 from purelight_format.measures import BoundingSphere
@@ -20,8 +18,6 @@ Float = NDArray[np.float32]
 RAY_BATCH = 1 << 20
 NEAR = 1e-2  # of the sphere's radius: how far analytic shapes are from their triangles, at most
 CONCAVITY_RAYS, CONVEX = 1 << 16, 1e-4
-SEEN_BACK = 1e-3  # of the rays that meet a sheet, those that meet the side less seen
-LEAVING_RAYS, PER_TRIANGLE = 1 << 22, (16, 256)  # from triangles that no ray from outside met
 
 
 @dataclass(frozen=True)
@@ -246,97 +242,6 @@ def inward_rays(
     direction = np.where(facing > 0, -direction, direction)
     origin = np.asarray(sphere.center) + sphere.radius * 1.0001 * outward
     return origin.astype(np.float32), direction.astype(np.float32)
-
-
-def visible_part(
-    positions: Float,
-    triangles: NDArray[np.uint32],
-    vertex_normals: Float | None,
-    rays: int,
-    rng: np.random.Generator,
-) -> ExitSurface:
-    """Keep the triangles that rays from outside meet first, or leave without meeting another.
-
-    Triangles without area and copies of others (same corners, either way round) are left out: a
-    viewer meets one of the copies, but the light would be spread over all of them.
-
-    A finite number of rays from outside misses what is seen rarely, as a bulb deep in a shade;
-    rays from the missed triangles find it. Neighbours (triangles that share a vertex with a seen
-    one) close the pinholes that are left.
-    """
-    solid = proper(positions, triangles)
-    # Vertices of no triangle may be anywhere
-    used, compact = np.unique(triangles[solid], return_inverse=True)
-    positions, triangles = positions[used], compact.reshape(-1, 3).astype(np.uint32)
-    vertex_normals = None if vertex_normals is None else vertex_normals[used]
-    whole = ExitSurface(positions, triangles, np.zeros(len(triangles), bool))
-    origin, direction = inward_rays(whole.sphere, rays, rng, cosine=True)
-    hits = whole.intersect(origin, direction)
-    front, back = (
-        np.bincount(hits.triangle[side], minlength=len(triangles))
-        for side in (hits.front, ~hits.front)
-    )
-    missed = np.flatnonzero(front + back == 0)
-    leaving = np.stack((front, back))
-    leaving[:, missed] = _leaving(whole, missed, rng)
-    _, corner = np.unique(positions, axis=0, return_inverse=True)
-    corner = corner.reshape(-1)
-    touched = np.zeros(corner.max() + 1, bool)
-    touched[corner[triangles[leaving.any(0)]]] = True
-    keep = touched[corner[triangles]].any(1)
-    facing_out = triangles.copy()
-    turned = leaving[1] > leaving[0]
-    facing_out[turned] = facing_out[turned][:, ::-1]
-    # A closed mesh shows its back only through rounding at edges; a sheet shows it often, unless
-    # it is deep, but then as a whole
-    two_sided = np.minimum(front, back) > 0.02 * (front + back)
-    two_sided |= _sheets(corner[triangles], front, back)
-    used, compact = np.unique(facing_out[keep], return_inverse=True)
-    normals = None if vertex_normals is None else vertex_normals[used]
-    faces = compact.reshape(-1, 3).astype(np.uint32)
-    return ExitSurface(
-        positions[used], faces, two_sided[keep], normals, source=solid[keep], turned=turned[keep]
-    )
-
-
-def _leaving(
-    surface: ExitSurface, triangle: NDArray[np.int64], rng: np.random.Generator
-) -> NDArray[np.int64]:
-    """How many rays from triangles [N], as many each, leave from front and back: [2, N]."""
-    if not len(triangle):
-        return np.zeros((2, 0), np.int64)
-    each = int(np.clip(LEAVING_RAYS // (2 * len(triangle)), *PER_TRIANGLE))
-    chosen = np.repeat(triangle, each)
-    result = []
-    for side in (1, -1):
-        normal = (side * surface.outward_normals()[chosen]).astype(np.float32)
-        position = surface.points_of(chosen, rng.random((2, len(chosen))))
-        lifted = position + 1e-5 * surface.sphere.radius * normal
-        free = np.ones(len(chosen), bool)
-        free[surface.intersect(lifted, cosine_directions(normal, rng)).index] = False
-        result.append(free.reshape(-1, each).sum(1))
-    return np.stack(result)
-
-
-def _sheets(
-    corner: NDArray[np.int64], front: NDArray[np.int64], back: NDArray[np.int64]
-) -> NDArray[np.bool_]:
-    """Which triangles belong to a mesh with an open edge that shows both sides: [T].
-
-    Arguments:
-        corner: [T, 3] of the triangles, equal where they touch.
-        front, back: rays that met either side: [T].
-    """
-    edge = np.sort(corner[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), 1)
-    _, first, faces = np.unique(edge, axis=0, return_inverse=True, return_counts=True)
-    row, column = edge.T
-    links = coo_matrix((np.ones(len(edge)), (row, column)), (corner.max() + 1,) * 2)
-    part = connected_components(links, directed=False)[1][corner[:, 0]]
-    is_open = np.bincount(part, (faces[first.ravel()] == 1).reshape(-1, 3).any(1)) > 0
-    seen = [np.bincount(part, count) for count in (front, back)]
-    both = np.minimum(*seen) > SEEN_BACK * (seen[0] + seen[1])
-    result: NDArray[np.bool_] = (is_open & both)[part]
-    return result
 
 
 def cosine_directions(normal: Float, rng: np.random.Generator) -> Float:

@@ -21,13 +21,14 @@ from purelight_mitsuba.scene_file import load_scene
 from purelight_train.light import vertex_normals
 from purelight_train.light.emission import Emission
 from purelight_train.light.exit_records import ExitRecords
-from purelight_train.light.exit_surface import ExitSurface, inward_rays, visible_part
+from purelight_train.light.exit_surface import ExitSurface, inward_rays
 from purelight_train.light.interfaces import Interfaces
 from purelight_train.light.light_tracing import BATCH, trace_records
 from purelight_train.light.plugins import ray_file_plugin
 from purelight_train.light.rays import scene_extent
 from purelight_train.light.scene_files import scene_digest
 from purelight_train.light.virtual_surface import hull
+from purelight_train.light.visible_part import visible_part
 
 VISIBILITY_RAYS = 1 << 21
 LEAST_SEEN = 50  # rays, to judge a shape by

@@ -18,7 +18,7 @@ from purelight_format.ray_file.conversion import rays_of
 from purelight_format.ray_file.files import read_ray_file
 from purelight_format.ray_file.rays import Rays
 from purelight_train.light.exit_records import ExitRecords
-from purelight_train.light.exit_surface import ExitSurface, visible_part
+from purelight_train.light.exit_surface import ExitSurface
 from purelight_train.light.virtual_surface import (
     AUTO,
     START,
@@ -26,6 +26,7 @@ from purelight_train.light.virtual_surface import (
     read_surface,
     virtual_surface,
 )
+from purelight_train.light.visible_part import visible_part
 
 HELD_OUT_SHARE, LEAST_RAYS, MOST_RAYS = 0.1, 1000, 1 << 23
 SCARCE = 2  # Times that a ray is shown before a network may learn it by heart.
