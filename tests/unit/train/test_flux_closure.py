@@ -11,7 +11,6 @@ from purelight_train.learning.flux_closure import (
     bounded,
     by_direction,
     cell_directions,
-    mean_of,
     moments_of,
     tilt,
 )
@@ -28,7 +27,8 @@ def downwards(steep: float) -> np.ndarray:
 
 
 def tilted_to(told: np.ndarray, traced: np.ndarray, records: float) -> np.ndarray:
-    return tilt(told, HARMONICS, mean_of(HARMONICS, traced), records)
+    moments = moments_of(lambda part: HARMONICS[part], traced[:, None])[0]
+    return tilt(told, HARMONICS, moments, records)
 
 
 def test_directions_lie_in_their_own_cells() -> None:
@@ -100,7 +100,7 @@ def test_a_beam_keeps_its_flux(width: float, wider: float, axis: tuple[int, ...]
 
     told = DirectionalLight()
     told.add(rays, power)
-    moments = moments_of(of, traced, np.ones((len(traced), 3)))[0]
+    moments = moments_of(lambda part: of(traced[part]), np.ones((len(traced), 3)))[0]
     there, everywhere = of(told.toward()), of(TOWARD)
     found = tilt(told.power[:, 0], there, moments, 1e5)
     found = bounded(found, told.power[:, 0], there, everywhere)

@@ -139,3 +139,24 @@ def test_lit_points_are_where_light_goes() -> None:
     assert distance.max() <= LAMP.r_max * (1 + 1e-6)
     np.testing.assert_allclose(np.log(distance).mean(), np.log(LAMP.r_max) / 2, rtol=0.03)
     assert (away[:, 2] < -0.98 * distance).mean() > 0.99
+
+
+def test_harmonics_are_those_of_few_records_at_a_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of all records of a run together they would be gigabytes; the tilt is the same."""
+    from purelight_train.learning import flux_closure
+
+    def closed() -> tuple[torch.Tensor, int]:
+        network, rows = fast_map(even=False), []
+        harmonics = network.harmonics
+        seen = harmonics.register_forward_hook(lambda _, given, __: rows.append(len(given[0])))
+        close_light(network, lopsided())
+        seen.remove()
+        return network.tilt, max(rows)
+
+    few = 1 << 15
+    whole, most = closed()
+    assert most > few
+    monkeypatch.setattr(flux_closure, "PASS", few)
+    parts, most = closed()
+    assert most == few
+    torch.testing.assert_close(parts, whole, rtol=1e-4, atol=1e-6)

@@ -130,20 +130,19 @@ def cell_directions() -> NDArray[np.float32]:
     return zone_middles(BANDS, AROUND).astype(np.float32)
 
 
-def mean_of(harmonics: NDArray[np.float64], power: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Mean of harmonics [K, H] over light of so much power [K]: [H]."""
-    mean: NDArray[np.float64] = harmonics.T @ (power / max(power.sum(), 1e-300))
-    return mean
-
-
 def moments_of(
-    harmonics: Callable[[Float], NDArray[np.float64]], direction: Float, power: NDArray[np.floating]
+    harmonics: Callable[[slice], NDArray[np.float64]], power: NDArray[np.floating]
 ) -> NDArray[np.float64]:
-    """Mean of harmonics over rays [N, 3] of so much power [N, 3], by channel: [3, H]."""
+    """Mean of harmonics over light, by channel: [C, H].
+
+    Arguments:
+        harmonics: of some of the light at a time, [K, H]: of all of it they would be gigabytes.
+        power: [N, C].
+    """
     sums: Any = 0.0
-    for first in range(0, len(direction), PASS):
+    for first in range(0, len(power), PASS):
         part = slice(first, first + PASS)
-        sums = sums + power[part].T.astype(np.float64) @ harmonics(direction[part])
+        sums = sums + power[part].T.astype(np.float64) @ harmonics(part)
     mean: NDArray[np.float64] = sums / np.maximum(power.sum(0, dtype=np.float64), 1e-300)[:, None]
     return mean
 
@@ -191,7 +190,7 @@ def tilt(
     Arguments:
         told: [K], light by direction.
         harmonics: [K, H], Y there; the first is constant.
-        moments: [H], mean of Y over the traced light (`mean_of`).
+        moments: [H], mean of Y over the traced light (`moments_of`).
         records: how many of equal power would know the traced light as well.
 
     Returns:

@@ -9,7 +9,7 @@ import torch
 from numpy.typing import NDArray
 
 from purelight_format.measures import cap, cap_to_direction
-from purelight_train.learning.flux_closure import effective_size, mean_of, tilt
+from purelight_train.learning.flux_closure import effective_size, moments_of, tilt
 from purelight_train.light.direction_zones import fibonacci_lattice
 from purelight_train.light.exit_records import ExitRecords
 from purelight_train.networks.fast_map import MOST_GAIN, SIZE, FastMap
@@ -36,22 +36,27 @@ def close_light(
         records: traced light, of which that which escapes counts.
         progress: called with the knots done so far.
     """
-    sphere, toward = network.encoding.sphere, fibonacci_lattice(PLACES)
+    toward = fibonacci_lattice(PLACES)
     escaped = records.take(records.escaped)
     weight = escaped.weight.astype(np.float64) / records.paths
     number, features = effective_size(weight), _harmonics(network, toward)
     found = np.zeros(network.tilt.shape)
     for knot, distance in enumerate(network.knot_distances()):
         told = told_light(network, distance, toward)
-        crossed = _harmonics(network, escaped.crossings(sphere, distance))
+        moments = moments_of(_crossing(network, escaped, distance), weight)
         for c in np.flatnonzero(told.sum(0) * weight.sum(0)):
-            moments = mean_of(crossed, weight[:, c])
-            more = tilt(told[:, c], features, moments, float(number[c]))
+            more = tilt(told[:, c], features, moments[c], float(number[c]))
             log_gain = _closed(told[:, c], features @ more, float(weight[:, c].sum()))
             found[knot, c] = more
             found[knot, c, 0] += log_gain / features[0, 0]  # Of which the first is constant
         progress(knot + 1)
     network.tilt.copy_(torch.from_numpy(found))
+
+
+def _crossing(network: FastMap, light: ExitRecords, distance: float) -> Callable[[slice], Cells]:
+    """The harmonics of where some of the light crosses a sphere of so many radii: [K, H]."""
+    sphere = network.encoding.sphere
+    return lambda part: _harmonics(network, light.take(part).crossings(sphere, distance))
 
 
 def _closed(told: Cells, log_tilt: Cells, flux: float) -> float:

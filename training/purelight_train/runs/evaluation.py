@@ -118,7 +118,8 @@ def _tilt(student: Student, told: DirectionalLight, direction: Float, weight: Ce
         return value
 
     there, everywhere = harmonics(told.toward()), harmonics(cell_directions())
-    moments, records = moments_of(harmonics, direction, weight), effective_size(weight)
+    moments = moments_of(lambda part: harmonics(direction[part]), weight)
+    records = effective_size(weight)
     for c in range(3):
         more = tilt(told.power[:, c], there, moments[c], float(records[c]))
         more = bounded(more, told.power[:, c], there, everywhere)
