@@ -24,7 +24,7 @@ TINY = replace(
     DRAFT,
     name="tiny",
     paths=1 << 20,
-    density_neighbours=300,
+    density_neighbours=100,
     teacher_grid=GridSize(2, 2, 4, 8, 1 << 10),
     teacher_flow=FlowSize(2, MLPSize(16, 2), 8),
     teacher=Optimisation(60, 1 << 11, 1e-2),

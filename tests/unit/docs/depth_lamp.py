@@ -38,7 +38,9 @@ def train(folder: Path) -> None:
     from purelight_train.runs.pipeline import start
 
     (folder / "cube.xml").write_text(CUBE)
-    start(folder / "cube.xml", folder / "run", TINY, 0, "cpu", resume=False, route="photons")()
+    start(folder / "cube.xml", folder / "run", TINY, 0, "cpu", resume=False, route="photons")(
+        judged=False
+    )
 
 
 def rays(lamp: Luminaire, count: int) -> tuple[np.ndarray, np.ndarray]:

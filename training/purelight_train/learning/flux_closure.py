@@ -89,7 +89,7 @@ def escaping_rays(
     pdf_projected = np.exp(log_ratio.astype(np.float64)) / math.pi
     value = flux_estimate(radiance(position, normal, outgoing), 1 / surface.area, pdf_projected)
     lifted = position + LIFT * surface.sphere.radius * normal
-    value[surface.intersect(lifted, outgoing).index] = 0
+    value[surface.blocked(lifted, outgoing)] = 0
     return position, outgoing, value
 
 

@@ -113,7 +113,7 @@ class ExitSurface:
         position, normal = self.sample(CONCAVITY_RAYS, np.random.default_rng(0))
         direction = cosine_directions(normal, np.random.default_rng(1))
         lift = 1e-4 * self.sphere.radius * normal
-        return len(self.intersect(position + lift, direction).index) > CONVEX * CONCAVITY_RAYS
+        return bool(self.blocked(position + lift, direction).mean() > CONVEX)
 
     def outward_normals(self) -> NDArray[np.float64]:
         """Unit normals of the triangles on the side seen from outside: [T, 3]."""
@@ -199,6 +199,15 @@ class ExitSurface:
         v = np.einsum("nd,nd->n", np.cross(c - b, at - b), cross) / square
         w = np.einsum("nd,nd->n", np.cross(a - c, at - c), cross) / square
         return np.clip(np.stack((v, w, 1 - v - w), 1), 0, 1)
+
+    def blocked(self, origin: Float, direction: Float) -> NDArray[np.bool_]:
+        """Whether rays meet the surface, origins and unit directions [N, 3]: [N]."""
+        parts = [np.zeros(0, bool)]
+        for i in range(0, len(origin), RAY_BATCH):
+            start, way = origin[i : i + RAY_BATCH].T, direction[i : i + RAY_BATCH].T
+            ray = mi.Ray3f(mi.Point3f(start), mi.Vector3f(way))
+            parts.append(np.array(self.scene.ray_test(ray, coherent=False)))
+        return np.concatenate(parts)
 
     def intersect(self, origin: Float, direction: Float) -> Hits:
         """First hits of rays, origins and unit directions [N, 3] in the luminaire frame."""

@@ -65,19 +65,24 @@ def part_of(grid: GridSize, network: MLPSize, share: float, unit: Unit) -> tuple
 
 def touched(unit: Unit, resolution: int) -> int:
     """Vertices of a grid over the unit cube that interpolate some of the points [N, 3]."""
-    low = np.minimum(np.floor(unit * resolution), resolution - 1).astype(np.int64)
-    vertex = np.unique(low, axis=0)[:, None] + CORNERS
-    return len(np.unique(vertex.reshape(-1, 3), axis=0))
+    stride = np.int64(resolution + 1) ** np.arange(3)
+    low = np.minimum(np.floor(unit * resolution), resolution - 1).astype(np.int64) @ stride
+    return len(np.unique(np.unique(low)[:, None] + CORNERS @ stride))
 
 
 def _rung(preset: Preset, share: float, unit: Unit) -> Rung:
-    _, network = part_of(preset.student_grid, preset.student_network, share, unit)
-    return student_rung(replace(resized(preset, share, unit), student_network=network))
+    grid, network = part_of(preset.student_grid, preset.student_network, share, unit)
+    return student_rung(replace(_with_grid(preset, share, grid), student_network=network))
 
 
 def resized(preset: Preset, share: float, unit: Unit) -> Preset:
     """The preset with a share of the resolution of the student's grids, and the link `log`."""
     grid, _ = part_of(preset.student_grid, preset.student_network, share, unit)
+    return _with_grid(preset, share, grid)
+
+
+def _with_grid(preset: Preset, share: float, grid: GridSize) -> Preset:
+    """The preset with this grid, a share of the others' resolution, and the link `log`."""
     anchor = None if preset.anchor_grid is None else _coarser(preset.anchor_grid, share)
     return replace(preset, student_grid=grid, anchor_grid=anchor, student_link="log")
 
