@@ -65,6 +65,19 @@ def test_hashed_level_stays_in_its_table() -> None:
     assert grid.dense == [True, False, False]
 
 
+@pytest.mark.parametrize("count", [0, 1, 15, 16, 17, 32, 512])
+def test_a_row_is_the_same_in_any_batch(count: int) -> None:
+    """Rows that are added for the cache's sake are in no result."""
+    torch.manual_seed(0)
+    grid = GridEncoding(4, 2, 4, 40, 1 << 10)
+    point = torch.rand(600, 3)
+    whole, some = grid.corners(point), grid.corners(point[:count])
+    for every, part in zip(whole, some, strict=True):
+        assert part.shape == (4 * count, 8)
+        assert torch.equal(part, every[: 4 * count])
+    assert grid(point[:count]).shape == (count, grid.size)
+
+
 def test_lookup_gradient_matches_plain_indexing() -> None:
     generator = torch.Generator().manual_seed(2)
     table = torch.randn(20, 3, generator=generator, requires_grad=True)
