@@ -21,6 +21,7 @@ from purelight_format.errors import PureLightError
 MEMORY, GPU = "GIB", "GPU"  # Names of resources; a worker elsewhere is started with them
 LOST_TRIES = 10  # workers lost under one job, before it counts as the one that kills them
 RESERVE = 1.0  # GiB for the system
+PATIENCE = "20s"  # for a scheduler to answer
 
 
 @contextmanager
@@ -43,7 +44,7 @@ def engine(workers: int, address: str | None) -> Iterator[Any]:
         "distributed.scheduler.allowed-failures": LOST_TRIES,
         "distributed.scheduler.worker-saturation": 1.0,
         "distributed.worker.memory.terminate": False,  # The commands hold it, not the worker
-        "distributed.comm.timeouts.connect": "20s",
+        "distributed.comm.timeouts.connect": PATIENCE,
     }):  # fmt: skip
         if address:
             with _connect(Client, address) as client:
@@ -65,7 +66,7 @@ def memory_of_a_worker(workers: int) -> float:
 
 def _connect(client: Any, address: str) -> Any:
     try:
-        return client(address, timeout="20s")
+        return client(address, timeout=PATIENCE)
     except (OSError, ValueError) as error:
         reason = " ".join(str(error).split())[:200]
         raise PureLightError(f"no scheduler at {address}: {reason}") from None

@@ -14,6 +14,7 @@ from typing import NamedTuple
 import pytest
 from distributed import Client
 
+import purelight_catalogue.engine
 from purelight_catalogue.engine import engine, run
 from purelight_catalogue.jobs import Job
 from purelight_catalogue.results import Results
@@ -117,5 +118,6 @@ def test_a_job_too_large_for_any_worker_is_one_line(exported: Exported, tmp_path
 
 
 def test_nobody_at_the_address_is_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(purelight_catalogue.engine, "PATIENCE", "1s")
     with pytest.raises(PureLightError, match="no scheduler at"), engine(1, "tcp://127.0.0.1:9"):
         pass
