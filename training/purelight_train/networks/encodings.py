@@ -53,7 +53,7 @@ def monomials(direction: Tensor, degree: int) -> Tensor:
     columns = [
         powers_x[a] * powers_y[b] * (z if c else one) for a, b, c in monomial_exponents(degree)
     ]
-    return torch.stack(columns, dim=-1)
+    return torch.stack(columns).movedim(0, -1)  # Written a column at a time
 
 
 @cache
