@@ -12,6 +12,7 @@ HEIGHT, SIDE = 0.8, 1.6
 PASSES, SAMPLES = 16, 1 << 16
 FAMILY = 128  # comparisons made by all tests together, three channels each
 SIGNIFICANCE = 0.01
+FORM_FACTOR = 0.19982  # of unit squares face to face, a side apart (Hottel)
 
 
 def assert_same_irradiance(mi: Any, parts: dict[str, Any], precision: float = 0.02) -> None:

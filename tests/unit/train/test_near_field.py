@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.support.irradiance import FORM_FACTOR
+
 PLATES = """<scene version="3.0.0">
   <shape type="rectangle"><transform name="to_world"><scale value="0.5"/></transform>
     <bsdf type="diffuse"><rgb name="reflectance" value="0"/></bsdf>
@@ -17,7 +19,6 @@ PLATES = """<scene version="3.0.0">
       <translate z="{gap}"/></transform>
     <bsdf type="diffuse"><rgb name="reflectance" value="{reflectance}"/></bsdf></shape>
 </scene>"""
-FORM_FACTOR = 0.19982  # of unit squares face to face, a side apart (Hottel)
 
 
 @pytest.fixture

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from purelight_format.errors import PureLightError
+from tests.support.irradiance import FORM_FACTOR
 
 RAYS = 1 << 18
-FORM_FACTOR = 0.19982  # of unit squares face to face, a side apart (Hottel)
 SIGNIFICANCE = 0.001
 
 
@@ -40,22 +40,25 @@ def test_uniform_lines_meet_a_convex_body_by_area(mitsuba: Any) -> None:
     assert binomtest(int(front.sum()), RAYS, surface.area / sphere).pvalue > SIGNIFICANCE
 
 
-def test_rays_leave_a_square_beside_what_faces_it(mitsuba: Any) -> None:
+def test_rays_leave_a_square_beside_what_faces_it(
+    mitsuba: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """All of its back, and of its front what the form factor of the two leaves."""
     from scipy.stats import binomtest
 
+    from purelight_train.light import visible_part
     from purelight_train.light.exit_surface import ExitSurface
-    from purelight_train.light.visible_part import _leaving
 
+    each = 1 << 16
+    monkeypatch.setattr(visible_part, "PER_TRIANGLE", (each, each))
     square = np.float32([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
     corners = np.concatenate([square, square + np.float32([0, 0, 1])])
     faces = np.array([[0, 1, 2], [0, 2, 3], [6, 5, 4], [7, 6, 4]], np.uint32)
     surface = ExitSurface(corners, faces, np.zeros(4, bool))
-    front, back = _leaving(surface, np.arange(4), np.random.default_rng(0))
-    each = back[0]
+    front, back = visible_part._leaving(surface, np.arange(4), np.random.default_rng(0))
     assert (back == each).all()
     for lower in (front[:2].sum(), front[2:].sum()):
-        assert binomtest(int(lower), 2 * int(each), 1 - FORM_FACTOR).pvalue > SIGNIFICANCE
+        assert binomtest(int(lower), 2 * each, 1 - FORM_FACTOR).pvalue > SIGNIFICANCE
 
 
 def test_nothing_leaves_a_closed_box(mitsuba: Any) -> None:

@@ -137,7 +137,7 @@ def moments_of(
 
     Arguments:
         harmonics: of some of the light at a time, [K, H]: of all of it they would be gigabytes.
-        power: [N, C].
+        power: [N, C] in W.
     """
     sums: Any = 0.0
     for first in range(0, len(power), PASS):

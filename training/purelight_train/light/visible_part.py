@@ -15,6 +15,7 @@ from purelight_train.light.exit_surface import ExitSurface, proper
 
 Float = NDArray[np.float32]
 RAY_BATCH = 1 << 22
+BACK_OFTEN = 0.02  # of the rays that meet a triangle, those that meet the side less seen
 SEEN_BACK = 1e-3  # of the rays that meet a sheet, those that meet the side less seen
 LEAVING_RAYS, PER_TRIANGLE = 1 << 22, (16, 256)  # from triangles that no ray from outside met
 
@@ -34,6 +35,15 @@ def visible_part(
     A finite number of rays from outside misses what is seen rarely, as a bulb deep in a shade;
     rays from the missed triangles find it. Neighbours (triangles that share a vertex with a seen
     one) close the pinholes that are left.
+
+    Arguments:
+        positions: [V, 3] in metres.
+        triangles: [T, 3].
+        vertex_normals: [V, 3] of the scene's own shading; None if it is flat.
+        rays: from outside.
+
+    Raises:
+        PureLightError: no triangle has an area.
     """
     solid = proper(positions, triangles)
     # Vertices of no triangle may be anywhere
@@ -136,7 +146,7 @@ def _two_sided(
     A closed mesh shows its back only through rounding at edges; a sheet shows it often, unless it
     is deep, but then as a whole.
     """
-    often = np.minimum(front, back) > 0.02 * (front + back)
+    often = np.minimum(front, back) > BACK_OFTEN * (front + back)
     return often | _sheets(corner, front, back)
 
 

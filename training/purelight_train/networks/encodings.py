@@ -186,9 +186,8 @@ class GridEncoding(nn.Module):
     def corners(self, x: Tensor) -> tuple[Tensor, Tensor]:
         """Table rows and trilinear weights of each level's corners: [N, 3] -> two of [N L, 8].
 
-        The rows lie along the last axis meanwhile: five times as fast as along the first. Of 2^k
-        rows one set of a cache would hold all that belongs to one of them, so some are added:
-        twice as fast again.
+        The rows lie along the last axis meanwhile, which is far faster than along the first. Of
+        2^k rows one set of a cache would hold all that belongs to one of them, so some are added.
         """
         resolution, strides, corner, mask, offset = self._plan(x.device)
         resolution = resolution.to(x.dtype)[:, None, None]
