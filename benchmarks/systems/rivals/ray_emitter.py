@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import drjit as dr
 import mitsuba as mi
 import numpy as np
 
@@ -19,5 +20,6 @@ class ReplayEmitter(RayFileEmitter):
     def __init__(self, props: mi.Properties) -> None:
         super().__init__(props)
         if "to_world" in props:
-            scale = Placement.of(np.array(props["to_world"].matrix), self.file.name).scale
-            self._power *= scale**2
+            matrix = np.array(props["to_world"].matrix)
+            self._scale *= Placement.of(matrix, self.file.name).scale ** 2
+            dr.make_opaque(self._scale)
