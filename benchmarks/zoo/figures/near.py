@@ -55,7 +55,7 @@ def places(lamp: dict[str, Any], sphere: BoundingSphere) -> Iterator[Place]:
 
 
 def compared(told: Picture, true: Picture, place: Place, sphere: BoundingSphere) -> Result:
-    """Mean radiance of a lit patch, ours over the truth less one, the noise of that, and where."""
+    """Mean irradiance of a place, ours over the truth less one, the noise of that, and where."""
     level = float(true.image.mean())
     mean = float(told.image.mean()) / level
     away = np.linalg.norm(place.at - np.asarray(sphere.center))

@@ -59,6 +59,7 @@ def _fireflies(image: Image, mask: NDArray[np.bool_]) -> float:
 
 
 def near_field(case: Case) -> Figures:
+    """Irradiance inside the bounding sphere, of the lamp as nothing of the room shadows its parts."""
     """Irradiance on small patches inside the bounding sphere, outside all bodies."""
     settings, sphere = case.settings, case.large_sphere
     results: list[near.Result] = []
@@ -67,13 +68,20 @@ def near_field(case: Case) -> Figures:
     for place in near.places(case.large.lit, sphere):
         if len(results) == settings.patches or dark > settings.patches:
             break
-        objects = scenes.patch(place.at, place.normal, place.half)
-        true = scenes.passes(
-            objects | case.large.lit, case.large.integrator, settings.patch_paths // 4, 32, GOAL
-        )
+        true = _arriving(case, place)
         if not true.image.any():
             dark += 1
             continue
+        objects = scenes.patch(place.at, place.normal, place.half)
         told = scenes.passes(objects | lamp, integrator, settings.patch_spp // 4, 32, GOAL)
-        results.append(near.compared(told, true, place, sphere))
+        results.append(near.compared(scenes.of_patch(told), true, place, sphere))
     return near.summary(results, dark)
+
+
+def _arriving(case: Case, place: near.Place) -> Picture:
+    """Irradiance of a place by the real lamp, which has to light it as if nothing was there."""
+    lamp, traced = case.large, case.large.light_traceable
+    probe = (scenes.pane if traced else scenes.meter)(place.at, place.normal, place.half)
+    spp = case.settings.patch_paths // 4
+    found = scenes.passes(probe | lamp.lit, lamp.integrator, spp, 32, GOAL)
+    return scenes.of_patch(found) if traced else found

@@ -80,17 +80,44 @@ def sun() -> Objects:
 
 def patch(at: Vector, normal: Vector, half: float) -> Objects:
     """A small dark square about a point, and a camera just above it that sees nothing else."""
-    T = mi.ScalarTransform4f
+    bsdf = _matt(PATCH_ALBEDO)
+    return {"patch": _square(at, normal, half) | {"bsdf": bsdf}, "sensor": _above(at, normal, half)}
+
+
+def pane(at: Vector, normal: Vector, half: float) -> Objects:
+    """The same, as bright on its side, which lets through what it does not send back.
+
+    Between the parts of a lamp a dark square would shadow one from the other, as a body of the room
+    does; what a bundle knows is the lamp without it. For a light tracer: a camera ray goes through.
+    """
+    bsdf = {"type": "mask", "opacity": PATCH_ALBEDO, "nested": _matt(1.0)}
+    return {"patch": _square(at, normal, half) | {"bsdf": bsdf}, "sensor": _above(at, normal, half)}
+
+
+def meter(at: Vector, normal: Vector, half: float) -> Objects:
+    """A square that is not there for light, and measures irradiance: for a path tracer."""
+    sensor = {"type": "irradiancemeter", "film": film(2, 2)}
+    return {"patch": _square(at, normal, half) | {"bsdf": {"type": "null"}, "sensor": sensor}}
+
+
+def of_patch(picture: Picture) -> Picture:
+    """Irradiance in W/m² of a picture of `patch` or `pane`."""
+    return picture.scaled(math.pi / PATCH_ALBEDO)
+
+
+def _square(at: Vector, normal: Vector, half: float) -> Objects:
     up = np.eye(3)[np.argmin(np.abs(normal))]
-    eye = at + 0.5 * half * normal
-    place = T().look_at(list(at), list(at + normal), list(up)).scale(half)
+    place = mi.ScalarTransform4f().look_at(list(at), list(at + normal), list(up)).scale(half)
+    return {"type": "rectangle", "to_world": place}
+
+
+def _above(at: Vector, normal: Vector, half: float) -> Objects:
+    """A camera whose picture a square fills."""
+    eye, up = at + 0.5 * half * normal, np.eye(3)[np.argmin(np.abs(normal))]
     return {
-        "patch": {"type": "rectangle", "to_world": place, "bsdf": _matt(PATCH_ALBEDO)},
-        "sensor": {
-            "type": "perspective", "fov": math.degrees(2 * math.atan(2.0)), "film": film(2, 2),
-            "to_world": T().look_at(list(eye), list(at), list(up)),
-            "near_clip": 1e-2 * half, "far_clip": 1e2 * half,
-        },
+        "type": "perspective", "fov": math.degrees(2 * math.atan(2.0)), "film": film(2, 2),
+        "to_world": mi.ScalarTransform4f().look_at(list(eye), list(at), list(up)),
+        "near_clip": 1e-2 * half, "far_clip": 1e2 * half,
     }  # fmt: skip
 
 

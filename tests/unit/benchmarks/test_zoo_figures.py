@@ -132,6 +132,24 @@ def test_patch_measures_what_arrives() -> None:
         assert told.image.mean() == pytest.approx(true, rel=0.05)
 
 
+def test_a_place_between_parts_of_a_lamp_shadows_none_of_them() -> None:
+    """What a disc sends back from above a ball, by the light tracer's pane and the path tracer's
+    meter; a dark square would keep the ball's light from the disc."""
+    at, up = np.array([0.0, 0.0, 0.3]), np.array([0.0, 0.0, 1.0])
+    above = mi.ScalarTransform4f().translate([0, 0, 0.6]).rotate([1, 0, 0], 180).scale(0.3)
+    white = {"type": "diffuse", "reflectance": 0.8}
+    lamp = {"lamp": BALL, "disc": {"type": "disk", "to_world": above, "bsdf": white}}
+    seen, shadowed = (
+        scenes.of_patch(scenes.passes(probe(at, up, 0.1) | lamp, LIGHT_TRACING, 1 << 20))
+        for probe in (scenes.pane, scenes.patch)
+    )
+    true = scenes.passes(scenes.meter(at, up, 0.1) | lamp, PATH_TRACING, 1 << 18)
+    noise = np.hypot(scenes.noise(seen), scenes.noise(true))
+    assert noise < 0.02
+    assert seen.image.mean() / true.image.mean() == pytest.approx(1, abs=4 * noise)
+    assert shadowed.image.mean() < 0.7 * true.image.mean()
+
+
 def test_passes_end_early_once_they_know_enough() -> None:
     objects = scenes.patch(np.array([0.0, 0.0, -1.0]), np.array([0.0, 0.0, 1.0]), 0.05)
     sure = scenes.passes(objects | {"lamp": BALL}, PATH_TRACING, 1 << 12, 32, goal=0.5)

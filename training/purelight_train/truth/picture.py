@@ -31,6 +31,11 @@ class Picture:
         """A picture without noise."""
         return Picture(image, (image, image), np.zeros_like(image))
 
+    def scaled(self, factor: float) -> Picture:
+        """All values times a positive number."""
+        first, second = (factor * half for half in self.halves)
+        return Picture(factor * self.image, (first, second), factor * self.error)
+
     def blocks(self, side: int) -> Picture:
         """Means over squares of pixels, with less noise; sizes must be multiples of `side`."""
         first, second = (means(half, side) for half in self.halves)
