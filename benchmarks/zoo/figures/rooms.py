@@ -59,8 +59,7 @@ def _fireflies(image: Image, mask: NDArray[np.bool_]) -> float:
 
 
 def near_field(case: Case) -> Figures:
-    """Irradiance inside the bounding sphere, of the lamp as nothing of the room shadows its parts."""
-    """Irradiance on small patches inside the bounding sphere, outside all bodies."""
+    """Irradiance at small places inside the bounding sphere, outside all bodies."""
     settings, sphere = case.settings, case.large_sphere
     results: list[near.Result] = []
     dark = 0
