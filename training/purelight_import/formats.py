@@ -20,6 +20,7 @@ READERS = {
 BROKEN = (LookupError, TypeError, ValueError, AttributeError, ArithmeticError, RecursionError,
           struct.error, MemoryError)  # fmt: skip
 VERSION = re.compile(rb"<scene\b[^>]*?\bversion\s*=\s*[\"'](\d+)")
+POINTER = b"version https://git-lfs.github.com/spec/"
 LISTED = "glTF (.glb, .gltf), OBJ (.obj), USD (.usda, .usdc, .usd, .usdz) or Mitsuba (.xml)"
 
 
@@ -27,14 +28,24 @@ def format_of(path: Path) -> str:
     """The name of a file's format.
 
     Raises:
-        PureLightError: it is missing, or of none that is read.
+        PureLightError: it is missing, of none that is read, or stands for a file elsewhere.
     """
     kind = READERS.get(path.suffix.lower())
     if not files.is_file(path):
         raise PureLightError(f"{path}: no such file; give a lamp as {LISTED}")
     if kind is None:
         raise PureLightError(f"{path}: '{path.suffix}' is not read; give a lamp as {LISTED}")
+    if _head(path).startswith(POINTER):
+        raise PureLightError(f"{path}: a pointer of Git LFS, not the lamp; run git lfs pull")
     return kind
+
+
+def _head(path: Path) -> bytes:
+    try:
+        with path.open("rb") as file:
+            return file.read(HEAD)
+    except OSError as error:
+        raise PureLightError(f"{path}: cannot read: {error.strerror}") from None
 
 
 def is_mitsuba_3(path: Path) -> bool:

@@ -136,6 +136,8 @@ def test_files_that_are_none(tmp_path: Path, fault: Any) -> None:
     assert "'.fbx' is not read" in fault(tmp_path / "lamp.fbx")
     (tmp_path / "lamp.glb").mkdir()
     assert "no such file" in fault(tmp_path / "lamp.glb")
+    (tmp_path / "far.glb").write_text("version https://git-lfs.github.com/spec/v1\noid sha256:0\n")
+    assert "pointer of Git LFS" in fault(tmp_path / "far.glb")
     os.mkfifo(tmp_path / "pipe.glb")
     assert "no such file" in fault(tmp_path / "pipe.glb")
 

@@ -80,8 +80,10 @@ def test_a_name_that_all_parts_have_is_first_that_of_one() -> None:
 
 
 def test_wanted_glass_is_made_of_any_material() -> None:
-    """A globe that its artist drew with alpha; Mitsuba's own materials stay."""
-    drawn = Material("Drawn", (0.9, 1.0, 0.9), 0.5, 0.0, opacity=0.2)
+    """A globe that its artist drew with alpha; Mitsuba's own materials stay. What is metal by its
+    file is no glass, and becomes it too."""
+    drawn = Material("Drawn", (0.9, 1.0, 0.9), 1.0, 0.0, transmission=0.8, opacity=0.2)
+    assert not drawn.glass
     own = part("Own", moved(model.ball(0.01), 1), Verbatim("bsdf", ()))
     found, notes = settle(part("Globe", model.ball(0.05), drawn), own, globe="thin", own="solid")
     made = found["Globe"].material

@@ -140,6 +140,17 @@ def test_glass_in_all_its_words(tmp_path: Path) -> None:
     assert material_of(tmp_path, extensions=extensions).thin_walled
 
 
+@pytest.mark.parametrize(("metallic", "glass"), [(None, False), (1, False), (0.5, True), (0, True)])
+def test_metal_lets_no_light_through(tmp_path: Path, metallic: float | None, glass: bool) -> None:
+    """Whatever its transmission is; exporters that leave `metallicFactor` out say metal."""
+    factor = {} if metallic is None else {"metallicFactor": metallic}
+    transmission = {"KHR_materials_transmission": {"transmissionFactor": 0.8}}
+    made = square(pbrMetallicRoughness=factor, extensions=transmission)
+    lamp = lamp_of(made, tmp_path)
+    assert lamp.parts[0].material.glass == glass
+    assert any("metal lets no light" in line for line in lamp.notes.lines()) != glass
+
+
 def test_emission_is_in_candela_per_square_metre(tmp_path: Path) -> None:
     made = square(
         emissiveFactor=[1, 0.5, 0], **extension("emissive_strength", emissiveStrength=683)

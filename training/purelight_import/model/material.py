@@ -69,8 +69,9 @@ class Material:
 
     @property
     def glass(self) -> bool:
-        """Whether light passes it by refraction."""
-        return isinstance(self.transmission, Picture) or self.transmission > 0
+        """Whether light passes it by refraction; what is metal all over lets none through."""
+        passes = isinstance(self.transmission, Picture) or self.transmission > 0
+        return passes and (isinstance(self.metalness, Picture) or self.metalness < 1)
 
     @property
     def pictures(self) -> dict[str, Picture]:

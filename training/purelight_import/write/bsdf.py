@@ -27,7 +27,7 @@ def elements(material: Material, textures: Textures, *, solid: bool) -> list[ET.
     if material.normal is not None:
         bsdf = _wrapped("normalmap", bsdf)
         bsdf.insert(0, textures.element(material.normal, "normalmap"))
-    if not _passes(material) and bsdf.get("type") != "principledthin":
+    if not material.glass and bsdf.get("type") != "principledthin":
         bsdf = _wrapped("twosided", bsdf)
     if material.opacity != 1.0:
         bsdf = _wrapped("mask", bsdf)
@@ -38,13 +38,9 @@ def elements(material: Material, textures: Textures, *, solid: bool) -> list[ET.
     return found
 
 
-def _passes(material: Material) -> bool:
-    return material.glass and not _whole(material.metalness)
-
-
 def _bsdf(material: Material, textures: Textures, solid: bool) -> ET.Element:
     """The BSDF that fits a material best."""
-    if _passes(material):
+    if material.glass:
         if _whole(material.transmission) and mean_of(material.metalness) < GREY:
             return _glass(material, textures, solid)
         return _principled(material, textures, solid=solid)
@@ -175,7 +171,7 @@ def _value(bsdf: ET.Element, name: str, value: Value, textures: Textures) -> Non
 def words(material: Material, *, solid: bool) -> str:
     """A material in a few words, for the list of parts."""
     rough = float(mean_of(material.roughness))
-    if _passes(material) and float(mean_of(material.transmission)) > 0.02:
+    if material.glass and float(mean_of(material.transmission)) > 0.02:
         kind = "glass body" if solid else "thin glass"
         tint = "" if material.attenuation is None else " that absorbs"
         return f"{'rough' if rough > SMOOTH else 'clear'} {kind}, n {material.ior:.3g}{tint}"

@@ -127,6 +127,9 @@ class _Reading:
         through = self._extension("diffuse_transmission") or {}
         volume = self._extension("volume")
         thickness = 0.0 if volume is None else float(volume.get("thicknessFactor", 0))
+        if transmission and material.metalness == 1.0:
+            self.notes("metal lets no light through, though its material has transmission "
+                       "(--glass NAME=solid or thin makes glass of it)", self.name)  # fmt: skip
         return replace(
             material,
             ior=max(float(ior), 1.0) if ior else 1.5,
