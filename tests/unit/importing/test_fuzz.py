@@ -14,7 +14,7 @@ from purelight_format.errors import PureLightError
 from purelight_import import formats
 from purelight_import.importing import read_lamp
 from purelight_import.options import Options
-from tests.support.lamp_files import glb, mitsuba, model, obj, usd
+from tests.support.lamp_files import draco, glb, mitsuba, model, obj, usd
 from tests.support.lamp_files.model import Piece
 
 SMALL = [
@@ -30,11 +30,16 @@ def gltf(folder: Path) -> Path:
     return made.write(folder / "lamp.glb")
 
 
+def compressed(folder: Path) -> Path:
+    return draco.packed(glb.of(SMALL)).write(folder / "lamp.glb")
+
+
 MAKERS: dict[str, Callable[[Path], list[Path]]] = {
     "glb": lambda folder: [gltf(folder)],
     "obj": lambda folder: [obj.write(folder, SMALL), folder / "shelf_light.mtl"],
 }
 ISOLATED: dict[str, Callable[[Path], list[Path]]] = {
+    "draco": lambda folder: [compressed(folder)],
     "usda": lambda folder: [usd.write(folder, SMALL)],
     "mitsuba": lambda folder: [mitsuba.write(folder, SMALL, "0.6.0"), folder / "Bulb.ply"],
 }

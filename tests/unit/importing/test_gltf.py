@@ -18,6 +18,7 @@ from purelight_import.model.lamp import Lamp, Part
 from purelight_import.model.material import Material
 from purelight_import.model.picture import Picture
 from purelight_import.options import Options
+from tests.support.lamp_files import draco
 from tests.support.lamp_files.glb import Glb
 
 SQUARE = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
@@ -237,18 +238,48 @@ def test_a_double_sided_sheet_shines_both_ways(tmp_path: Path) -> None:
     assert lamp.parts[0].mesh.cross[0] @ lamp.parts[1].mesh.cross[0] < 0
 
 
-@pytest.mark.parametrize("extension", ["KHR_draco_mesh_compression", "EXT_meshopt_compression"])
-def test_compressed_meshes_are_one_clear_line(extension: str, tmp_path: Path, fault: Any) -> None:
+def test_meshes_that_draco_compressed(tmp_path: Path) -> None:
+    """Corners, normals and texture coordinates, and a morph target over them."""
     made = square()
-    made.json["extensionsRequired"] = [extension]
-    if "draco" in extension:
-        primitive = made.json["meshes"][0]["primitives"][0]
-        primitive["extensions"] = {extension: {"bufferView": 0}}
-        for accessor in made.json["accessors"]:
-            accessor.pop("bufferView")
-    else:
-        made.json["bufferViews"][0]["extensions"] = {extension: {}}
-    assert "compressed" in fault(made.write(tmp_path / "lamp.glb"))
+    named = made.json["meshes"][0]["primitives"][0]["attributes"]
+    named["NORMAL"] = made.accessor(np.tile([0.0, 0.6, 0.8], (4, 1)))
+    named["TEXCOORD_0"] = made.accessor([[0.0, 0], [1, 0.25], [1, 1], [0.5, 1]])
+    made.json["meshes"][0]["primitives"][0]["targets"] = [{"POSITION": made.accessor(SQUARE)}]
+    made.json["meshes"][0]["weights"] = [0.5]
+    plain = part_of(made, tmp_path).mesh
+    compressed = part_of(draco.packed(made), tmp_path).mesh
+    assert plain.normals is not None
+    assert compressed.normals is not None
+    assert compressed.uv is not None
+    np.testing.assert_allclose(compressed.positions, plain.positions, atol=1e-4)
+    np.testing.assert_allclose(compressed.normals, plain.normals, atol=1e-4)
+    np.testing.assert_allclose(compressed.uv, plain.uv, atol=1e-4)
+    np.testing.assert_array_equal(compressed.triangles, plain.triangles)
+
+
+def test_draco_that_holds_something_else(tmp_path: Path, fault: Any) -> None:
+    made = draco.packed(square())
+    made.json["accessors"][0]["count"] = 5
+    assert "compressed data" in fault(made.write(tmp_path / "lamp.glb"))
+    made = draco.packed(square())
+    primitive = made.json["meshes"][0]["primitives"][0]
+    primitive["extensions"][draco.DRACO]["bufferView"] = made.view(b"DRACO and no more")
+    assert "broken" in fault(made.write(tmp_path / "lamp.glb"))
+
+
+def test_a_decoder_that_is_not_there(
+    tmp_path: Path, fault: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "hidden").mkdir()
+    (tmp_path / "hidden" / "DracoPy.py").write_text("raise ImportError")
+    monkeypatch.syspath_prepend(tmp_path / "hidden")
+    assert "pip install DracoPy" in fault(draco.packed(square()).write(tmp_path / "lamp.glb"))
+
+
+def test_meshes_that_meshopt_compressed_are_one_clear_line(tmp_path: Path, fault: Any) -> None:
+    made = square()
+    made.json["bufferViews"][0]["extensions"] = {"EXT_meshopt_compression": {}}
+    assert "compressed (meshopt)" in fault(made.write(tmp_path / "lamp.glb"))
 
 
 def test_files_outside_the_folder_are_not_read(tmp_path: Path, fault: Any) -> None:

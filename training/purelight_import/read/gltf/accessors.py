@@ -25,7 +25,11 @@ def array(document: Document, index: Any) -> NDArray[Any]:
     kind = np.dtype(KINDS[about["componentType"]])
     if not 0 <= count <= limits.VERTICES:
         raise ValueError(f"accessor {index} has {count} values")
-    if "bufferView" in about:
+    if index in document.arrays:
+        values = document.arrays[index]
+        if values.shape != (count, width):
+            raise ValueError(f"accessor {index} is not what its compressed data holds")
+    elif "bufferView" in about:
         start = int(about.get("byteOffset", 0))
         values = _values(document, about["bufferView"], start, count, width, kind)
     else:

@@ -10,6 +10,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from numpy.typing import NDArray
+
 from purelight_format import files
 from purelight_format.errors import PureLightError
 from purelight_import.model import limits
@@ -17,10 +19,7 @@ from purelight_import.model.notes import Notes
 from purelight_import.read.beside import beside
 
 MAGIC, JSON_CHUNK, BINARY_CHUNK = b"glTF", 0x4E4F534A, 0x004E4942
-COMPRESSED = {
-    "KHR_draco_mesh_compression": "Draco", "EXT_meshopt_compression": "meshopt",
-    "KHR_meshopt_compression": "meshopt",
-}  # fmt: skip
+COMPRESSED = ("EXT_meshopt_compression", "KHR_meshopt_compression")
 Object = dict[str, Any]
 
 
@@ -32,6 +31,8 @@ class Document:
         path: of the file, beside which others lie.
         json: its content.
         binary: the buffer within a .glb file.
+        packed: meshes that Draco compressed, by their buffer views.
+        arrays: values of accessors that no buffer view holds as they are: [count, width].
     """
 
     path: Path
@@ -39,6 +40,8 @@ class Document:
     binary: bytes | None
     notes: Notes
     buffers: dict[int, bytes] = field(default_factory=dict)
+    packed: dict[int, Any] = field(default_factory=dict)
+    arrays: dict[int, NDArray[Any]] = field(default_factory=dict)
 
     @property
     def folder(self) -> Path:
@@ -79,7 +82,11 @@ class Document:
     def view(self, index: Any) -> bytes:
         """The bytes of a buffer view."""
         about = self.item("bufferViews", index)
-        refuse_compressed(about, self.path)
+        if set(COMPRESSED) & set(about.get("extensions", {})):
+            raise PureLightError(
+                f"{self.path}: its meshes are compressed (meshopt), which is not read; "
+                "export the lamp without compression"
+            )
         start, length = int(about.get("byteOffset", 0)), int(about["byteLength"])
         data = self.buffer(about["buffer"])
         if start < 0 or length < 0 or start + length > len(data):
@@ -139,17 +146,3 @@ def _chunks(data: bytes) -> tuple[bytes, bytes | None]:
         chunks.setdefault(kind, data[at + 8 : at + 8 + size])
         at += 8 + size + (-size) % 4
     return chunks[JSON_CHUNK], chunks.get(BINARY_CHUNK)
-
-
-def refuse_compressed(about: Object, path: Path) -> None:
-    """Refuses an object whose data is compressed in a way that only its decoder knows.
-
-    Raises:
-        PureLightError: it is.
-    """
-    for name in about.get("extensions", {}):
-        if name in COMPRESSED:
-            raise PureLightError(
-                f"{path}: its meshes are compressed ({COMPRESSED[name]}), which is not read; "
-                "export the lamp without compression"
-            )

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from purelight_import.model.mesh import Mesh
 from purelight_import.read.gltf.accessors import array
-from purelight_import.read.gltf.document import Document, Object, refuse_compressed
+from purelight_import.read.gltf.document import Document, Object
+from purelight_import.read.gltf.draco import unpack
 
 Floats = NDArray[np.float64]
 TRIANGLES, STRIP, FAN = 4, 5, 6
@@ -33,7 +34,7 @@ def primitive_mesh(
         return None
     named = primitive["attributes"]
     if "bufferView" not in document.item("accessors", named["POSITION"]):
-        refuse_compressed(primitive, document.path)
+        mode = TRIANGLES if unpack(document, primitive) else mode  # which Draco makes of strips
     positions = _morphed(document, primitive, "POSITION", weights)
     normals = _morphed(document, primitive, "NORMAL", weights) if "NORMAL" in named else None
     uv = None

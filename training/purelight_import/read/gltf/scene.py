@@ -11,12 +11,8 @@ from numpy.typing import NDArray
 from purelight_import.model.frame import Frame
 from purelight_import.model.lamp import Lamp
 from purelight_import.read.build import Builder
-from purelight_import.read.gltf.document import (
-    COMPRESSED,
-    Document,
-    Object,
-    open_document,
-)
+from purelight_import.read.gltf.document import COMPRESSED, Document, Object, open_document
+from purelight_import.read.gltf.draco import DRACO
 from purelight_import.read.gltf.lights import EXTENSION, add_light
 from purelight_import.read.gltf.materials import TAKEN, UNTAKEN, Materials
 from purelight_import.read.gltf.nodes import INSTANCING, Placed, instances, placed_nodes
@@ -24,7 +20,7 @@ from purelight_import.read.gltf.primitives import joint_matrices, primitive_mesh
 from purelight_import.read.gltf.textures import BASIS, TRANSFORM, WEBP
 
 KNOWN = {
-    *TAKEN, *UNTAKEN, *COMPRESSED, INSTANCING, EXTENSION, TRANSFORM, WEBP, BASIS,
+    *TAKEN, *UNTAKEN, *COMPRESSED, DRACO, INSTANCING, EXTENSION, TRANSFORM, WEBP, BASIS,
     "KHR_mesh_quantization",
 }  # fmt: skip
 
