@@ -176,7 +176,9 @@ def _help(verdict: Verdict, light: str, look: str, provenance: Mapping[str, Any]
     """Advice, each with what it follows from."""
     near = verdict.near
     preset, anchor = (str(provenance.get(key)) for key in ("preset", "anchor"))
-    if look in ("soft", "hazy") and anchor == "none":
+    tried = provenance.get("tried_anchors")
+    told = isinstance(tried, list) and len(tried) > 0
+    if look in ("soft", "hazy") and anchor == "none" and not told:
         yield "--anchor auto, for a picture seen through glass"
     if light != "good" or look in ("soft", "hazy"):
         larger = LARGER.get(preset)

@@ -188,6 +188,12 @@ def test_what_would_help(verdict: Verdict, provenance: dict[str, str], advice: s
     assert advice in judge(verdict, provenance).lines[-1]
 
 
+def test_an_anchor_that_was_tried_is_not_advised() -> None:
+    tried = {"anchor": "none", "tried_anchors": ["none", "straight"]}
+    assert "--anchor" not in judge(with_look(detail=0.6), tried).lines[-1]
+    assert "--anchor" in judge(with_look(detail=0.6), tried | {"tried_anchors": []}).lines[-1]
+
+
 def test_provenance_may_be_anything() -> None:
     soft = with_look(detail=0.6)
     for odd in ({}, {"preset": ["draft"], "anchor": None}, {"preset": {"draft": 1}}):

@@ -87,6 +87,9 @@ def write_good(folder: Path) -> dict[str, str]:
     return {name: summary_text(found) for name, found in opened.items()}
 
 
+TRIED: list[Any] = [[], ["none"], ["none", "straight"], "none", 1, {}]
+
+
 def judged(count: int = 24) -> dict[str, bytes]:
     """The good lamp with verdicts of every kind, finishes, and a tier of the future."""
     rng = np.random.default_rng(20)
@@ -96,8 +99,10 @@ def judged(count: int = 24) -> dict[str, bytes]:
     }
     for k in range(count):
         verdict = asdict(some_verdict(rng))
-        made = {"preset": rng.choice(["draft", "standard", "paper", "own"]).item()}
+        made: dict[str, Any] = {"preset": rng.choice(["draft", "standard", "paper", "own"]).item()}
         made["anchor"] = rng.choice(["none", "straight"]).item()
+        if rng.random() < 0.5:
+            made["tried_anchors"] = TRIED[rng.integers(len(TRIED))]
 
         def edit(root: dict[str, Any], verdict: Any = verdict, made: Any = made) -> None:
             root["fidelity"]["verdict"] = verdict

@@ -115,6 +115,7 @@ class RunDirectory:
             "route": config["route"],
             "preset": config["preset"]["name"],
             "anchor": config["preset"]["anchor"],
+            "tried_anchors": list(config.get("tried_anchors", ())),
             "photons": about.paths,
         }
 

@@ -100,7 +100,8 @@ function fastLine(verdict) {
 /** Advice, each with what it follows from. */
 function* advice({ near, accurate, by_heart: byHeart, grain }, light, look, provenance) {
   const dim = look === "soft" || look === "hazy";
-  if (dim && provenance.get("anchor") === "none") {
+  const tried = provenance.get("tried_anchors");
+  if (dim && provenance.get("anchor") === "none" && !(Array.isArray(tried) && tried.length)) {
     yield "--anchor auto, for a picture seen through glass";
   }
   if (light !== "good" || dim) {
