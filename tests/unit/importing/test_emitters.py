@@ -147,6 +147,29 @@ def turned(made: trimesh.Trimesh) -> trimesh.Trimesh:
     return copy
 
 
+def test_a_part_under_the_black_of_a_picture_stays_dark() -> None:
+    """One material for the whole lamp, whose picture of light shines on one part alone: the others
+    are no emitters, and have no second side."""
+    pixels = np.zeros((1, 4, 3), np.float32)
+    pixels[0, 3] = 1.0
+    glow = Picture("p", pixels)
+    parts = [
+        replace(part(name, sheet(z)), radiance=glow, double_sided=True)
+        for z, name in enumerate(("Lit", "Dark"))
+    ]
+    left = [np.full((4, 2), u) for u in (0.9, 0.3)]
+    lit, dark = (replace(p, mesh=replace(p.mesh, uv=uv)) for p, uv in zip(parts, left, strict=True))
+    found = lamp_lit(lamp(lit, dark), Options(lumens=100.0))
+    assert list(given(found)) == ["Lit", "Lit_back"]
+    assert sum(given(found).values()) == pytest.approx(100)
+    assert [p.name for p in found.parts].count("Dark") == 1
+    assert "black (Dark)" in found.notes.lines()[-1]
+    none = lamp_lit(lamp(dark), Options())
+    assert sum(given(none).values()) == 0
+    with pytest.raises(PureLightError, match="black"):
+        lamp_lit(lamp(dark), Options(lumens=100.0))
+
+
 def test_bodies_that_shone_inwards_are_turned() -> None:
     glow = (1.0, 1.0, 1.0)
     for made in (model.ball(0.02), turned(model.ball(0.02))):

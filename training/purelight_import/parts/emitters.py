@@ -104,11 +104,25 @@ def light_up(
     for part, s in zip(lamp.parts, state, strict=True):
         if part.radiance is not None and s.radiance is None:
             lamp.notes("parts that emit in the file, but were not chosen, stay dark", part.name)
+    _leave_dark(lamp, state)
     for s in state:
         s.tint(temperature if s.kelvin is None else s.kelvin)
     _share(state, total)
-    parts = tuple(replace(side, radiance=s.radiance) for s in state for side in s.sides)
-    return replace(lamp, parts=parts)
+    return replace(lamp, parts=tuple(
+        replace(side, radiance=s.radiance) for part, s in zip(lamp.parts, state, strict=True)
+        for side in (s.sides if s.radiance is not None else (part,))
+    ))  # fmt: skip
+
+
+def _leave_dark(lamp: Lamp, state: list[_State]) -> None:
+    """Parts of which a picture that shines elsewhere covers nothing but black places."""
+    dark = [s.radiance is not None and not s.lumens > 0 for s in state]
+    if not any(s.lumens > 0 for s in state):
+        return  # which is said where lumens are given, and in the doubts
+    for part, s, black in zip(lamp.parts, state, dark, strict=True):
+        if black:
+            s.radiance = None
+            lamp.notes("parts stay dark where their picture of light is black", part.name)
 
 
 class _State:
