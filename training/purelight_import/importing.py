@@ -30,10 +30,12 @@ from purelight_import.write import folder as folders
 from purelight_import.write import table
 from purelight_import.write.scene import write_scene
 
-# Names that say nothing of the lamp; that of its folder is taken instead
+# Names that say nothing of the lamp, of files and folders
 GENERAL = {"scene", "model", "untitled", "lamp", "luminaire", "mesh", "object", "root", "main",
            "scene_collection", "auxscene", "osg_scene", "sketchfab_scene", "sketchfab_model",
-           "world", "default"}  # fmt: skip
+           "world", "default", "models", "meshes", "objects", "scenes", "lamps", "assets", "public",
+           "static", "data", "files", "source", "src", "gltf", "glb", "obj", "usd", "3d", "export",
+           "exports", "download", "downloads", "desktop", "tmp"}  # fmt: skip
 CUT = "a picture with values above one, which no surface reflects; they are cut to one"
 KEPT, TEXT = "kept.xml", "parts.txt"
 Say = Callable[[str], None]

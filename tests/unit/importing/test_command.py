@@ -186,7 +186,7 @@ def test_the_same_file_gives_the_same_bytes(path: Path, mitsuba: Any, tmp_path: 
     [
         ("pendant.glb", "", "pendant"), ("scene.glb", "Moon Lamp", "Moon_Lamp"),
         ("pendant.glb", "Scene", "pendant"), ("scene.glb", "", "workshop"),
-        ("pendant.glb", "Sketchfab_Scene", "pendant"),
+        ("pendant.glb", "Sketchfab_Scene", "pendant"), ("models/lamp.glb", "", "lamp"),
     ],
 )  # fmt: skip
 def test_a_lamp_is_named_after_its_scene(
@@ -195,9 +195,9 @@ def test_a_lamp_is_named_after_its_scene(
     made = glb.of([model.bulb()])
     if title:
         made.json["scenes"][0]["name"] = title
-    folder = tmp_path / "workshop"
-    folder.mkdir()
-    scene = import_lamp(made.write(folder / name), tmp_path / "out", picture=False).scene
+    path = tmp_path / "workshop" / name
+    path.parent.mkdir(parents=True)
+    scene = import_lamp(made.write(path), tmp_path / "out", picture=False).scene
     assert scene.name == f"{expected}.xml"
 
 
