@@ -123,17 +123,18 @@ class _Reading:
     def _glass(self, material: Material) -> Material:
         ior = (self._extension("ior") or {}).get("ior", 1.5)
         transmission = self._extension("transmission") or {}
-        passes = self.textures.picture(transmission.get("transmissionTexture"), self.name)
+        picture = self.textures.picture(transmission.get("transmissionTexture"), self.name)
         through = self._extension("diffuse_transmission") or {}
         volume = self._extension("volume")
         thickness = 0.0 if volume is None else float(volume.get("thicknessFactor", 0))
-        if transmission and material.metalness == 1.0:
+        passes = _valued(picture, 0, float(transmission.get("transmissionFactor", 0)))
+        if passes != 0.0 and material.metalness == 1.0:
             self.notes("metal lets no light through, though its material has transmission "
                        "(--glass NAME=solid or thin makes glass of it)", self.name)  # fmt: skip
         return replace(
             material,
             ior=max(float(ior), 1.0) if ior else 1.5,
-            transmission=_valued(passes, 0, float(transmission.get("transmissionFactor", 0))),
+            transmission=passes,
             diffuse_transmission=float(through.get("diffuseTransmissionFactor", 0)),
             thin_walled=not thickness > 0,
             attenuation=_attenuation(volume) if volume and thickness > 0 else None,
