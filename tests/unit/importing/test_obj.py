@@ -150,6 +150,25 @@ def test_a_texture_outside_is_told_and_not_read(tmp_path: Path) -> None:
     assert any("outside" in line for line in read(inner / "lamp.obj").notes.lines())
 
 
+@pytest.mark.parametrize("folder", ["C:\\My Lamps\\", "/home/me/lamps/", "../scenes/", "D:/"])
+@pytest.mark.parametrize("below", ["", "textures/"])
+def test_files_of_its_makers_disk_are_found_in_the_folder(
+    folder: str, below: str, tmp_path: Path
+) -> None:
+    """Names are whole paths of another machine, of which the folder has the end."""
+    (tmp_path / below).mkdir(exist_ok=True)
+    Image.new("RGB", (1, 1), (255, 0, 0)).save(tmp_path / below / "red paint.png")
+    name = folder + below + "red paint.png"
+    (tmp_path / "lamp.mtl").write_text(f"newmtl M\nKd 1 1 1\nmap_Kd -s 1 1 1 {name}")
+    (tmp_path / "lamp.obj").write_text(f"mtllib {folder}lamp.mtl\n{VERTICES}usemtl M\nf 1 2 3")
+    lamp = read(tmp_path / "lamp.obj")
+    (part,) = lamp.parts
+    assert isinstance(part.material, Material)
+    assert isinstance(part.material.base_color, Picture)
+    np.testing.assert_allclose(part.material.base_color.mean(), [1, 0, 0], atol=1e-6)
+    assert "lamp.mtl, red paint.png" in "".join(lamp.notes.lines())
+
+
 @pytest.mark.parametrize("gap", ["  ", "\t", " \t "])
 def test_any_blanks_follow_a_keyword(gap: str, tmp_path: Path) -> None:
     words = ["v 0 0 0", "v 1 0 0", "v 1 1 0", "mtllib two.mtl", "o Shade", "usemtl A", "f 1 2 3"]

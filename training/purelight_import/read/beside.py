@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from pathlib import Path, PurePosixPath
 from urllib.parse import unquote
 
 from purelight_format import files
 from purelight_format.errors import PureLightError
+from purelight_import.model.notes import Notes
 
 
 def beside(folder: Path, name: str, *, quoted: bool = False) -> Path:
@@ -31,6 +33,26 @@ def beside(folder: Path, name: str, *, quoted: bool = False) -> Path:
     if not files.is_file(path):
         raise PureLightError(f"{_short(name)}: no such file beside the lamp's")
     return path
+
+
+def gathered(folder: Path, name: str, notes: Notes) -> Path:
+    """The same; of a name on its maker's disk, the longest end that the folder has, which is noted.
+
+    Exporters of OBJ write whole paths, and who passes a lamp on puts its pictures beside it.
+
+    Raises:
+        PureLightError: the folder has no such file.
+    """
+    try:
+        return beside(folder, name)
+    except PureLightError as error:
+        parts = PurePosixPath(name.replace("\\", "/")).parts
+        for first in range(1, len(parts)):
+            with suppress(PureLightError):
+                path = beside(folder, "/".join(parts[first:]))
+                notes("files of other folders are taken from the lamp's own", path.name)
+                return path
+        raise error
 
 
 def _short(name: str) -> str:

@@ -15,7 +15,7 @@ from purelight_import.model.material import BLACK, RGB, WHITE, Color, Material
 from purelight_import.model.notes import Notes
 from purelight_import.model.picture import Picture
 from purelight_import.read import images
-from purelight_import.read.beside import beside
+from purelight_import.read.beside import gathered
 
 Library = dict[str, tuple[Material, Color | None]]
 Words = dict[str, list[str]]
@@ -163,7 +163,7 @@ class _Reading:
         if not name:
             return None
         try:
-            picture = images.load(beside(self.folder, name), srgb=srgb)
+            picture = images.load(gathered(self.folder, name, self.notes), srgb=srgb)
         except PureLightError as error:
             self.notes(f"a texture is left out: {error}", self.name)
             return None

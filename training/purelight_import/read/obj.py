@@ -20,7 +20,7 @@ from purelight_import.model.frame import Frame
 from purelight_import.model.lamp import Lamp
 from purelight_import.model.material import Material
 from purelight_import.model.mesh import Mesh
-from purelight_import.read.beside import beside
+from purelight_import.read.beside import gathered
 from purelight_import.read.build import Builder
 from purelight_import.read.mtl import Library, read_mtl
 from purelight_mitsuba.usd_scene.cutting import cut
@@ -94,12 +94,12 @@ class _Reading:
     def _load(self, rest: str) -> None:
         """Reads a material library, or several of them; names may have spaces."""
         try:
-            self.library |= read_mtl(beside(self.path.parent, rest), self.builder.notes,
-                                     blender=self.blender)  # fmt: skip
+            path = gathered(self.path.parent, rest, self.builder.notes)
+            self.library |= read_mtl(path, self.builder.notes, blender=self.blender)
         except PureLightError:
             for name in rest.split():
                 try:
-                    path = beside(self.path.parent, name)
+                    path = gathered(self.path.parent, name, self.builder.notes)
                 except PureLightError as error:
                     self.builder.notes(f"materials are missing: {error}")
                     continue
