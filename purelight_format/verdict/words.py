@@ -177,8 +177,8 @@ def _help(verdict: Verdict, light: str, look: str, provenance: Mapping[str, Any]
     near = verdict.near
     preset, anchor = (str(provenance.get(key)) for key in ("preset", "anchor"))
     tried = provenance.get("tried_anchors")
-    told = isinstance(tried, list) and len(tried) > 0
-    if look in ("soft", "hazy") and anchor == "none" and not told:
+    untried = not (isinstance(tried, list) and tried)
+    if look in ("soft", "hazy") and anchor == "none" and untried:
         yield "--anchor auto, for a picture seen through glass"
     if light != "good" or look in ("soft", "hazy"):
         larger = LARGER.get(preset)

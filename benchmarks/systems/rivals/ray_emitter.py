@@ -6,9 +6,7 @@ from typing import Any
 
 import drjit as dr
 import mitsuba as mi
-import numpy as np
 
-from purelight_format.measures import Placement
 from purelight_train.light.plugins import ray_file_plugin
 
 RayFileEmitter: Any = ray_file_plugin()
@@ -19,7 +17,5 @@ class ReplayEmitter(RayFileEmitter):
 
     def __init__(self, props: mi.Properties) -> None:
         super().__init__(props)
-        if "to_world" in props:
-            matrix = np.array(props["to_world"].matrix)
-            self._scale *= Placement.of(matrix, self.file.name).scale ** 2
-            dr.make_opaque(self._scale)
+        self._scale *= self.placement.scale**2
+        dr.make_opaque(self._scale)

@@ -116,11 +116,11 @@ def light_up(
 
 def _leave_dark(lamp: Lamp, state: list[_State]) -> None:
     """Parts of which a picture that shines elsewhere covers nothing but black places."""
-    dark = [s.radiance is not None and not s.lumens > 0 for s in state]
-    if not any(s.lumens > 0 for s in state):
+    shines = [s.lumens > 0 for s in state]
+    if not any(shines):
         return  # which is said where lumens are given, and in the doubts
-    for part, s, black in zip(lamp.parts, state, dark, strict=True):
-        if black:
+    for part, s, lit in zip(lamp.parts, state, shines, strict=True):
+        if s.radiance is not None and not lit:
             s.radiance = None
             lamp.notes("parts stay dark where their picture of light is black", part.name)
 

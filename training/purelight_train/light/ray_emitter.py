@@ -40,7 +40,7 @@ class RayFileEmitter(mi.Emitter):
         self._matrix = np.eye(4)
         if "to_world" in props:
             self._matrix = np.array(props["to_world"].matrix, np.float64).reshape(4, 4)
-        Placement.of(self._matrix, path.name)  # Refuses shears and mirrors.
+        self.placement = Placement.of(self._matrix, path.name)  # Refuses shears and mirrors.
         self.file = path
         self._to_world = mi.Transform4f(mi.Matrix4f(self._matrix))
         self._scale = mi.Float(_scale(self._set.rays, props, path.name))

@@ -48,7 +48,14 @@ class RaySet:
     def sample(
         self, sample1: Any, sample2: Any, active: Any
     ) -> tuple[mi.Point3f, mi.Vector3f, mi.Color3f]:
-        """Draw rays by two numbers in [0, 1): start, direction, and power over probability in W."""
+        """Draw rays, [N], by their power.
+
+        Arguments:
+            sample1, sample2: [N] in [0, 1).
+
+        Returns:
+            starts in metres, unit directions, and power over probability in W per channel.
+        """
         kind, probability = self._choice.sample_pmf(mi.Float(sample1), active)
         first = dr.gather(mi.UInt32, self._bound, kind, active)
         count = dr.gather(mi.UInt32, self._bound, kind + 1, active) - first
@@ -61,7 +68,7 @@ class RaySet:
         )
 
     def bounds(self, to_world: mi.Transform4f) -> mi.ScalarBoundingBox3f:
-        """The least box with axes of the world that holds the starts of all rays."""
+        """The least box with axes of the world, in metres, that holds the starts of all rays."""
         start = to_world @ dr.unravel(mi.Point3f, self._position)
         low, high = (np.array(f(start, axis=1)).ravel() for f in (dr.min, dr.max))
         return mi.ScalarBoundingBox3f(mi.ScalarPoint3f(low), mi.ScalarPoint3f(high))
