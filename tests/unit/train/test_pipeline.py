@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
+import io
 import json
 import os
 import shutil
@@ -18,6 +20,8 @@ import pytest
 import torch
 from safetensors.torch import load_file
 
+from purelight_format.verdict.figures import read
+from purelight_format.verdict.words import judge
 from purelight_train.networks.sampler import Sampler
 from purelight_train.networks.student import Student
 from purelight_train.presets import (
@@ -63,12 +67,26 @@ def test_run_is_complete(run: Path) -> None:
     assert (pdf[[0, 2]] > 0).all()
 
 
-def test_route_photons(run: Path, lamp: Path, tmp_path: Path) -> None:
+@pytest.fixture(scope="module")
+def photons(lamp: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[str]]:
+    """A run of the command by the other route, and the lines that it printed."""
+    import purelight_train.cli
+
+    output = tmp_path_factory.mktemp("runs") / "photons"
+    words = ["--preset", "tiny", "--anchor", "both", "--device", "cpu", "--threads", "2"]
+    said = io.StringIO()
+    with pytest.MonkeyPatch.context() as patch, contextlib.redirect_stdout(said):
+        patch.setitem(PRESETS, "tiny", TINY)
+        assert purelight_train.cli.main([str(lamp), "--output", str(output), *words]) == 0
+    return output, said.getvalue().splitlines()
+
+
+def test_route_photons(run: Path, photons: tuple[Path, list[str]]) -> None:
     """No teacher, the same files, and as good a likelihood."""
     from purelight_train.runs.run_directory import RunDirectory
 
-    metrics = train(lamp, tmp_path, route="photons", anchor="both")
-    opened = RunDirectory.open(tmp_path)
+    opened = RunDirectory.open(photons[0])
+    metrics = opened.read_json("metrics.json")
     assert opened.config["route"] == "photons"
     assert list(opened.network("student", Student).anchors) == ["straight", "refracted"]
     assert "teacher" not in metrics["losses"]
@@ -77,6 +95,23 @@ def test_route_photons(run: Path, lamp: Path, tmp_path: Path) -> None:
     np.testing.assert_allclose(metrics["flux_gain"], 1, atol=0.05)
     taught = json.loads((run / "metrics.json").read_text())
     assert metrics["held_out_gain_nats"] > taught["held_out_gain_nats"] - 0.05
+
+
+def test_a_run_ends_with_its_verdict(photons: tuple[Path, list[str]]) -> None:
+    """In metrics.json, on the terminal and on the report's cover."""
+    run, out = photons
+    metrics = json.loads((run / "metrics.json").read_text())
+    verdict = read(metrics["verdict"])
+    assert verdict is not None
+    assert verdict.by_heart is None  # Photons are used once.
+    assert metrics["seconds"]["verdict"] > 0
+    told = judge(verdict, {"preset": "tiny", "anchor": "both"})
+    assert out[: len(told.lines)] == list(told.lines)
+    assert out[-1].startswith(f"{run}: flux ")
+    assert out[-1].endswith("--output lamp.plux")
+    page = (run / "report.html").read_text()
+    assert told.caption in page
+    assert page.count("% of white") >= 6
 
 
 def test_opaque_lamp_goes_without_transparency(lamp: Path, tmp_path: Path) -> None:
@@ -124,7 +159,7 @@ def test_interrupted_run_ends_the_same(run: Path, lamp: Path, tmp_path: Path) ->
 
     again = tmp_path / "again"
     shutil.copytree(run, again)
-    for name in ("student", "transparency", "fast_map"):
+    for name in ("transparency", "sampler", "fast_map"):
         (again / "networks" / f"{name}.safetensors").unlink()
     (again / "metrics.json").unlink()
     train(lamp, again, resume=True)
@@ -260,6 +295,8 @@ def test_right_size(run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
 
     monkeypatch.setattr(student, "LINES", 1 << 17)
     monkeypatch.setattr(sampling, "POINTS", 1 << 8)
+    monkeypatch.setattr(transparency, "LINES", 1 << 17)
+    monkeypatch.setattr(transparency, "HELD_OUT_LINES", 1 << 16)
     monkeypatch.setattr(transparency, "TRAINING", Optimisation(60, 1 << 11, 1e-2))
     monkeypatch.setattr(sampling, "SAMPLER", Optimisation(30, 1 << 10, 1e-2))
     monkeypatch.setattr(sampling, "FAST_MAP", Optimisation(30, 1 << 5, 1e-2))

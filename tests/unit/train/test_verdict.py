@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from pathlib import Path
 from types import SimpleNamespace
@@ -13,7 +12,6 @@ import pytest
 
 from purelight_format.verdict.figures import read
 from purelight_format.verdict.words import judge
-from tests.support import tiny
 
 RADIANCE = np.array([3.0, 2.0, 1.0], np.float32)
 BALL = """<scene version="3.0.0"><shape type="sphere"><float name="radius" value="0.1"/>
@@ -190,32 +188,6 @@ def test_irradiance_of_a_place_is_what_crosses_it(plates: Any) -> None:
     np.testing.assert_allclose(near.caught(records)[0, 0], expected, rtol=0.04)
     told = near.of_student(lower_plate, np.random.default_rng(0))
     np.testing.assert_allclose(told.image[0, 0], expected, rtol=0.03)
-
-
-def test_a_run_ends_with_its_verdict(
-    lamp: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """In metrics.json, on the terminal and on the report's cover."""
-    import purelight_train.cli
-    from purelight_train.presets import PRESETS
-
-    monkeypatch.setitem(PRESETS, "tiny", tiny.TINY)
-    output = tmp_path / "run"
-    words = ["--preset", "tiny", "--anchor", "none", "--device", "cpu", "--threads", "2"]
-    assert purelight_train.cli.main([str(lamp), "--output", str(output), *words]) == 0
-    metrics = json.loads((output / "metrics.json").read_text())
-    verdict = read(metrics["verdict"])
-    assert verdict is not None
-    assert verdict.by_heart is None  # Photons are used once.
-    assert metrics["seconds"]["verdict"] > 0
-    out = capsys.readouterr().out.splitlines()
-    told = judge(verdict, {"preset": "tiny", "anchor": "none"})
-    assert out[: len(told.lines)] == list(told.lines)
-    assert out[-1].startswith(f"{output}: flux ")
-    assert out[-1].endswith("--output lamp.plux")
-    page = (output / "report.html").read_text()
-    assert told.caption in page
-    assert page.count("% of white") >= 6
 
 
 def test_what_is_known_by_heart_is_told(ball: Any) -> None:
