@@ -20,8 +20,8 @@ LAMPS = (".xml", ".glb", ".gltf", ".obj", ".usd", ".usda", ".usdc", ".usdz", ".t
 TABLES = (".csv", ".jsonl")
 LARGEST_TABLE = 64 << 20  # bytes
 # Columns that are options of `purelight-train`; those of PLURAL may be said more than once
-OPTIONS = ("preset", "seed", "route", "anchor", "units", "up", "kelvin", "emitter", "omit", "keep")
-PLURAL = ("emitter", "omit", "keep")
+PLURAL = ("emitter", "pieces", "omit", "keep", "glass")
+OPTIONS = ("preset", "seed", "route", "anchor", "units", "up", "kelvin", *PLURAL)
 SCENE = ("units", "up", "kelvin", *PLURAL)  # Those that say what the lamp is, not how to learn it
 OWN = ("file", "name", "lumens", "target_error")
 

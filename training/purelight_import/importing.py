@@ -23,6 +23,7 @@ from purelight_import.parts.choice import LISTED, Named, chosen
 from purelight_import.parts.coordinates import placeable
 from purelight_import.parts.glass import settled
 from purelight_import.parts.merging import merged
+from purelight_import.parts.pieces import taken_apart
 from purelight_import.parts.placing import placed
 from purelight_import.parts.points import with_size
 from purelight_import.parts.room_parts import room_lines
@@ -71,6 +72,7 @@ def read_lamp(path: str | Path, options: Options | None = None) -> tuple[Lamp, t
     path, options = Path(path), options or Options()
     lamp = placeable(formats.read(path))
     lamp = replace(lamp, name=_name(lamp, path, options))
+    lamp = taken_apart(lamp, options.pieces)
     lamp, kept = placed(*_without(lamp, options), options.units, options.up)
     for line in room_lines(lamp):
         lamp.notes(line)

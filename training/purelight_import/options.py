@@ -23,6 +23,7 @@ class Options:
     omit: patterns of parts to leave out.
     keep: patterns of parts to write into `kept.xml`; `AUTO`, the opaque ones away from the light.
     glass: `NAME=solid` or `NAME=thin` each.
+    pieces: patterns of parts to take apart into their unconnected pieces.
     name: of the lamp; None is that of the file's scene, or of the file.
     """
 
@@ -34,6 +35,7 @@ class Options:
     omit: tuple[str, ...] = ()
     keep: tuple[str, ...] = ()
     glass: tuple[str, ...] = ()
+    pieces: tuple[str, ...] = ()
     name: str | None = field(default=None)
 
     @property
@@ -66,6 +68,9 @@ def add(parser: argparse.ArgumentParser) -> None:
     add("--lumens", type=command.number(0), metavar="LM",
         help="luminous flux of all emitters together, before any glass")  # fmt: skip
     add("--kelvin", type=_kelvin, metavar="K", help="colour temperature of the emitters")
+    add("--pieces", action="append", default=[], metavar="NAME",
+        help="take parts apart into the pieces that do not touch, NAME.1 (the largest), NAME.2, "
+        "..., which the other options can name")  # fmt: skip
     add("--omit", action="append", default=[], metavar="NAME", help="leave parts out")
     add("--keep", action="append", default=[], metavar="NAME",
         help="leave dark parts out of the lamp and write them into kept.xml, as geometry of the "

@@ -73,7 +73,7 @@ def attack(make: Callable[[Path], list[Path]], folder: Path, count: int, seed: i
         file = files[k % len(files)]
         file.write_bytes(mutated(whole[file], rng))
         try:
-            lamp, _ = read_lamp(files[0], Options(units="cm"))
+            lamp, _ = read_lamp(files[0], Options(units="cm", pieces=("*",)))
         except PureLightError:
             continue
         finally:

@@ -98,12 +98,14 @@ class Mesh:
             keep[keep] = ~(replace(self, triangles=self.triangles[keep]).areas <= 0)
         if not keep.any():
             return None
-        used, triangles = np.unique(self.triangles[keep], return_inverse=True)
+        left = self.only(keep)
+        sound = (a if a is None or np.isfinite(a).all() else None for a in (left.normals, left.uv))
+        return Mesh(left.positions, left.triangles, *sound)
+
+    def only(self, which: NDArray[Any]) -> Mesh:
+        """Of some triangles, given by a mask or by indices, and of their vertices alone."""
+        used, triangles = np.unique(self.triangles[which], return_inverse=True)
         normals, uv = (None if a is None else a[used] for a in (self.normals, self.uv))
-        if normals is not None and not np.isfinite(normals).all():
-            normals = None
-        if uv is not None and not np.isfinite(uv).all():
-            uv = None
         faces = triangles.reshape(-1, 3).astype(np.uint32)
         return Mesh(self.positions[used], faces, normals, uv)
 

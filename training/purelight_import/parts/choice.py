@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from fnmatch import fnmatchcase
 from typing import Protocol, TypeVar
 
@@ -58,10 +58,12 @@ def _own(names: tuple[str, ...], shared: set[str]) -> list[str]:
     return [name for name in names if name not in shared or names.count(name) > 1]
 
 
-def listing(pattern: str, items: Sequence[Named]) -> str:
-    """The names that there are, those first that are like a pattern."""
+def listing(pattern: str, items: Sequence[Named], beside: Mapping[str, str] | None = None) -> str:
+    """The names that there are, those first that are like a pattern; with what stands beside."""
+    beside = beside or {}
     names = sorted({name for item in items for name in item.names if name})
     near = difflib.get_close_matches(pattern, names, LISTED, 0.5)
     shown = list(dict.fromkeys([*near, *(item.names[0] for item in items), *names]))
     more = f" and {len(shown) - LISTED} more" if len(shown) > LISTED else ""
-    return f"there are {', '.join(shown[:LISTED])}{more}"
+    told = (f"{name} {beside[name]}" if name in beside else name for name in shown[:LISTED])
+    return f"there are {', '.join(told)}{more}"

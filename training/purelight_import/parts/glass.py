@@ -125,7 +125,7 @@ def _turned(parts: list[Part], hulls: dict[int, Hull], lamp: Lamp) -> list[Part]
     A surface within an odd number of others is a hollow's.
     """
     surfaces = [
-        Surface(i, number, _only(parts[i].mesh, about.surface == number), about.volume[number])
+        Surface(i, number, parts[i].mesh.only(about.surface == number), about.volume[number])
         for i, about in hulls.items() if parts[i].solid
         for number in np.flatnonzero(about.closed).tolist()
     ]  # fmt: skip
@@ -162,8 +162,3 @@ def _apart(mesh: Mesh, about: Hull) -> bool:
             return False
         owner[corner] = about.surface
     return True
-
-
-def _only(mesh: Mesh, which: np.ndarray) -> Mesh:
-    used, triangles = np.unique(mesh.triangles[which], return_inverse=True)
-    return Mesh(mesh.positions[used], triangles.reshape(-1, 3).astype(np.uint32))

@@ -11,6 +11,8 @@ from scipy.sparse.csgraph import connected_components
 
 from purelight_import.model.mesh import Mesh
 
+SIDES = [[0, 1], [1, 2], [2, 0]]
+
 
 @dataclass(frozen=True)
 class Hull:
@@ -38,19 +40,31 @@ def hull(mesh: Mesh) -> Hull:
     """
     corners = mesh.welded()
     count = int(corners.max()) + 1
-    sides = corners[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
-    graph = coo_matrix((np.ones(len(sides)), tuple(sides.T)), (count, count))
-    number, label = connected_components(graph, directed=False)
-    surface = label[corners[:, 0]]
+    sides = corners[:, SIDES].reshape(-1, 2)
+    number, surface = _connected(corners)
     proper = (np.sort(corners, 1)[:, :-1] != np.sort(corners, 1)[:, 1:]).all(1)
     ends = sides.reshape(-1, 3, 2)[proper].reshape(-1, 2)
     unpaired = _unpaired(ends, count)
     closed = np.ones(number, bool)
-    closed[label[ends[unpaired, 0]]] = False
+    closed[np.repeat(surface[proper], 3)[unpaired]] = False
     a, b, c = np.moveaxis(mesh.corners - mesh.positions.mean(0), 1, 0)
     sixth = np.einsum("td,td->t", a, np.cross(b, c)) / 6
     volume = np.bincount(surface, sixth, number).astype(np.float64)
     return Hull(surface, closed, volume)
+
+
+def surfaces(mesh: Mesh) -> tuple[int, NDArray[np.int64]]:
+    """How many surfaces do not touch, and which one each triangle belongs to: [T]."""
+    return _connected(mesh.welded())
+
+
+def _connected(corners: NDArray[np.int64]) -> tuple[int, NDArray[np.int64]]:
+    """The same of triangles by places, `Mesh.welded`."""
+    sides = corners[:, SIDES].reshape(-1, 2)
+    size = int(corners.max()) + 1
+    graph = coo_matrix((np.ones(len(sides)), tuple(sides.T)), (size, size))
+    number, label = connected_components(graph, directed=False)
+    return int(number), label[corners[:, 0]].astype(np.int64)
 
 
 def _unpaired(ends: NDArray[np.int64], count: int) -> NDArray[np.bool_]:

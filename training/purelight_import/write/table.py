@@ -16,7 +16,7 @@ from purelight_import.parts.emitters import flux, mean_radiance
 from purelight_import.write import bsdf
 
 MILLIMETRES = 1000.0
-WIDEST = 36
+WIDEST, LAST = 36, 8  # characters of a name, and of its end, which tells pieces apart
 
 
 def rows(parts: Sequence[Part]) -> list[dict[str, Any]]:
@@ -46,8 +46,8 @@ def _kind(part: Part) -> str:
 
 
 def text(records: Sequence[dict[str, Any]]) -> str:
-    """The records as a table, sizes in millimetres."""
-    head = ("part", "material", "is", "triangles", "size in mm", "light")
+    """The records as a table, sizes and places in millimetres."""
+    head = ("part", "material", "is", "triangles", "size in mm", "middle in mm", "light")
     lines = [head, *(_cells(row) for row in records)]
     widths = [max(len(line[k]) for line in lines) for k in range(len(head))]
     return "\n".join(
@@ -58,13 +58,14 @@ def text(records: Sequence[dict[str, Any]]) -> str:
 
 def _cells(row: dict[str, Any]) -> tuple[str, ...]:
     size = " x ".join(f"{MILLIMETRES * s:.4g}" for s in row["size"])
+    middle = " ".join(str(round(MILLIMETRES * c)) for c in row["center"])
     light = f"{row['lumens']:.4g} lm" if "lumens" in row else ""
     return (
         _short(row["name"]), _short(row["material"]), row["is"], f"{row['triangles']:,}", size,
-        light,
+        middle, light,
     )  # fmt: skip
 
 
 def _short(name: str) -> str:
     name = plain(name)
-    return name if len(name) <= WIDEST else f"{name[: WIDEST - 1]}…"
+    return name if len(name) <= WIDEST else f"{name[: WIDEST - LAST - 1]}…{name[-LAST:]}"
