@@ -35,7 +35,10 @@ def format_of(path: Path) -> str:
         raise PureLightError(f"{path}: no such file; give a lamp as {LISTED}")
     if kind is None:
         raise PureLightError(f"{path}: '{path.suffix}' is not read; give a lamp as {LISTED}")
-    if _head(path).startswith(POINTER):
+    head = _head(path)
+    if not head:
+        raise PureLightError(f"{path}: the file is empty")
+    if head.startswith(POINTER):
         raise PureLightError(f"{path}: a pointer of Git LFS, not the lamp; run git lfs pull")
     return kind
 

@@ -138,6 +138,8 @@ def test_files_that_are_none(tmp_path: Path, fault: Any) -> None:
     assert "no such file" in fault(tmp_path / "lamp.glb")
     (tmp_path / "far.glb").write_text("version https://git-lfs.github.com/spec/v1\noid sha256:0\n")
     assert "pointer of Git LFS" in fault(tmp_path / "far.glb")
+    (tmp_path / "empty.glb").touch()
+    assert fault(tmp_path / "empty.glb").endswith("the file is empty")
     os.mkfifo(tmp_path / "pipe.glb")
     assert "no such file" in fault(tmp_path / "pipe.glb")
 
