@@ -68,6 +68,7 @@ VARIANTS = ANCHORED | {
     "photons-poisson": Variant("photons", "straight", {"photon_loss": "poisson"}),
     "photons-logistic": Variant("photons", "straight", {"photon_loss": "logistic"}),
     "photons-ratio-0.1": Variant("photons", "straight", {"reference_ratio": 0.1}),
+    "photons-unlifted": Variant("photons", "none", {"lift": 0.0}),
     "photons-uniform": Variant("photons", "straight", {"reference_light": 0.0}),
 }
 

@@ -195,7 +195,10 @@ def _surface(
     """The outputs of a surface network before its last activation: [N, 3]."""
     offset = (position - network.centre.double().numpy()) * (0.5 / network.radius)
     degree = network.harmonics.degree
-    parts = [grid(graph, offset + 0.5, network.grid, compact=compact)]
+    lifted = offset
+    if network.lift:
+        lifted = (offset + normal * (0.5 * network.lift)) * (1 / (1 + network.lift))
+    parts = [grid(graph, lifted + 0.5, network.grid, compact=compact)]
     for kind, table in network.anchors.items():
         assert isinstance(table, GridEncoding)
         ray = outgoing

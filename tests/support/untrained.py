@@ -28,6 +28,7 @@ PRESET = replace(  # With a hashed level, small enough to build in no time.
     name="test",
     student_grid=GridSize(4, 2, 4, 40, 1 << 12),
     student_network=MLPSize(16, 2),
+    lift=0.05,
     transparency_grid=GridSize(2, 3, 4, 8, 1 << 10),
     transparency_network=MLPSize(8, 1),
     point_grid=GridSize(2, 4, 2, 6, 1 << 9),

@@ -75,6 +75,8 @@ class Preset:
         anchor: which anchors of the ray the student encodes besides the point, one of `ANCHORS`
             (`surface_network`).
         anchor_grid: grid over each of them.
+        lift: where the student's grid looks a point up, in radii of the bounding sphere above the
+            surface, so that the two sides of a thin shade are two places (`surface_network`).
         student_link: `log1p` or `log` (`student`).
         tolerance: most that the exit surface is moved to have fewer triangles, over the radius of
             its bounding sphere; 0 leaves it as it is (`decimation`).
@@ -110,6 +112,7 @@ class Preset:
     fresh_records: bool = False
     anchor: str = "none"
     anchor_grid: GridSize | None = None
+    lift: float = 0.0
     student_link: str = "log1p"
     transparency_anchor: bool = False
     mixed_precision: bool = False
@@ -230,6 +233,7 @@ SKETCH = replace(
     teacher=Optimisation(150, 1 << 12, 8e-3),
     distillation_samples=1 << 18,
     student_grid=GridSize(4, 4, 4, 32, 1 << 13),
+    lift=0.06,  # a cell of the finest level
     student_network=MLPSize(32, 2),
     student=Optimisation(300, 1 << 13, 8e-3),
     transparency_samples=1 << 19,

@@ -36,8 +36,9 @@ class Student(SurfaceNetwork):
 
     def __init__(self, description: Description, preset: Preset) -> None:
         super().__init__(
-            description, preset.student_grid, DEGREE, preset.student_network, preset.anchors
-        )
+            description, preset.student_grid, DEGREE, preset.student_network, preset.anchors,
+            preset.lift,
+        )  # fmt: skip
         self.link = preset.student_link
         self.register_buffer("scale", torch.tensor(description.channel_scale), persistent=False)
         self.register_buffer("gain", torch.ones(3))

@@ -23,9 +23,12 @@ def make_grid(size: GridSize) -> GridEncoding:
 class SurfaceNetwork(nn.Module):
     r"""Grid-encoded position, harmonics of outgoing and normal, then an MLP: [N, 3] outputs.
 
-    Positions are normalised by the cube around the bounding sphere, (x - c)/2R + 1/2. The MLP's
-    input is [grid(position), grids(anchors), harmonics(outgoing), harmonics(normal)]. An anchor is
-    the point of a ray nearest the sphere's centre, so that all points along the ray have the same:
+    The grid looks up the point x + lift R n, normalised by the cube around the sphere of all such
+    points, (x - c + lift R n) / 2R(1 + lift) + 1/2: at x itself the bright inside of a thin shade
+    and its dark outside would be one place, of which a small MLP has to make two by the normal
+    alone. Anchors are normalised by the cube around the bounding sphere. The MLP's input is
+    [grid(position), grids(anchors), harmonics(outgoing), harmonics(normal)]. An anchor is the point
+    of a ray nearest the sphere's centre, so that all points along the ray have the same:
 
     - `straight`, of the ray outside: what one sees through walls of clear glass is nearly a
       function of it;
@@ -43,11 +46,12 @@ class SurfaceNetwork(nn.Module):
         degree: int,
         network: MLPSize,
         anchors: Mapping[str, GridSize] = MappingProxyType({}),
+        lift: float = 0.0,
     ) -> None:
         super().__init__()
         sphere = description.sphere
         self.register_buffer("centre", torch.tensor(sphere.center), persistent=False)
-        self.radius, self.index = sphere.radius, description.index
+        self.radius, self.index, self.lift = sphere.radius, description.index, lift
         self.grid = make_grid(grid)
         self.anchors = nn.ModuleDict({kind: make_grid(size) for kind, size in anchors.items()})
         self.harmonics = SphericalHarmonics(degree)
@@ -58,9 +62,13 @@ class SurfaceNetwork(nn.Module):
     def features(
         self, position: Tensor, normal: Tensor, outgoing: Tensor, encoded: Tensor
     ) -> Tensor:
-        """Encoded inputs [N, inputs] of the MLP; `encoded` is the normal that it is told."""
+        """Encoded inputs [N, inputs] of the MLP; `encoded` is the normal that it is told.
+
+        The told one lifts the point too: where it is shaken, points near a crease are close.
+        """
         offset = (position - self.centre) * (0.5 / self.radius)
-        parts = [self.grid(offset + 0.5)]
+        lifted = (offset + 0.5 * self.lift * encoded) * (1 / (1 + self.lift))
+        parts = [self.grid(lifted + 0.5)]
         for kind, grid in self.anchors.items():
             ray = outgoing if kind == "straight" else refracted(normal, outgoing, self.index)
             along = (offset * ray).sum(-1, keepdim=True)

@@ -38,16 +38,17 @@ def ladder(preset: Preset, surface: ExitSurface, rng: np.random.Generator) -> li
 
     Grids over anchors keep the preset's share of their tables.
     """
-    unit = unit_points(surface, rng)
+    unit = unit_points(surface, rng, preset.lift)
     rungs = [_rung(preset, share, unit) for share in SHARES]
     return sorted(set(rungs), key=lambda rung: (rung.macs, rung.weights))
 
 
-def unit_points(surface: ExitSurface, rng: np.random.Generator) -> Unit:
-    """Points of the surface in the unit cube of the grids: [N, 3]."""
-    position, _ = surface.sample(SURFACE_SAMPLES, rng)
+def unit_points(surface: ExitSurface, rng: np.random.Generator, lift: float = 0.0) -> Unit:
+    """Points of the surface in the unit cube of a grid that lifts them: [N, 3]."""
+    position, normal = surface.sample(SURFACE_SAMPLES, rng)
     sphere = surface.sphere
-    return (position - np.asarray(sphere.center)) * (0.5 / sphere.radius) + 0.5
+    offset = (position - np.asarray(sphere.center)) * (0.5 / sphere.radius)
+    return (offset + 0.5 * lift * normal) / (1 + lift) + 0.5
 
 
 def part_of(grid: GridSize, network: MLPSize, share: float, unit: Unit) -> tuple[GridSize, MLPSize]:

@@ -31,7 +31,7 @@ def students(preset: Preset, surface: ExitSurface, rng: np.random.Generator) -> 
     Raises:
         PureLightError: If none fits.
     """
-    unit = unit_points(surface, rng)
+    unit = unit_points(surface, rng, preset.lift)
     found = {}
     for share in SHARES:
         sized = _bounded(resized(preset, share, unit))
