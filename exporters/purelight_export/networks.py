@@ -37,7 +37,7 @@ from purelight_train.networks.fast_map import (
 from purelight_train.networks.point_encoding import ANGLE_BINS, PointEncoding
 from purelight_train.networks.sampler import UNIFORM_FRACTION, Sampler
 from purelight_train.networks.student import LEAST_LOG, MAX_LOG, Student
-from purelight_train.networks.surface_network import SurfaceNetwork, refracted
+from purelight_train.networks.surface_network import SurfaceNetwork, lifted, refracted
 from purelight_train.networks.transparency import Transparency
 from purelight_train.presets import Preset
 
@@ -195,10 +195,8 @@ def _surface(
     """The outputs of a surface network before its last activation: [N, 3]."""
     offset = (position - network.centre.double().numpy()) * (0.5 / network.radius)
     degree = network.harmonics.degree
-    lifted = offset
-    if network.lift:
-        lifted = (offset + normal * (0.5 * network.lift)) * (1 / (1 + network.lift))
-    parts = [grid(graph, lifted + 0.5, network.grid, compact=compact)]
+    place = lifted(offset, normal, network.lift) + 0.5
+    parts = [grid(graph, place, network.grid, compact=compact)]
     for kind, table in network.anchors.items():
         assert isinstance(table, GridEncoding)
         ray = outgoing

@@ -33,27 +33,23 @@ SHADED = """<scene version="3.0.0">
 </scene>"""
 
 
-def shade(count: int, rng: np.random.Generator) -> tuple[Tensor, ...]:
-    """Rays from both sides of four thin cylinders: position, normal, outgoing; inside.
+class Shades:
+    """Four thin cylinders, of which either side is seen."""
 
-    The normal alone tells nothing, nor does it with the place in the large.
-    """
-    angle, height = rng.uniform(0, 2 * np.pi, count), rng.uniform(-0.2, 0.2, count)
-    away = np.stack((np.cos(angle), np.sin(angle), 0 * angle), 1)
-    axes = 0.2 * np.array([[1, 1, 0], [1, -1, 0], [-1, 1, 0], [-1, -1, 0]])
-    position = LAMP.sphere.center + axes[rng.integers(4, size=count)] + 0.15 * away
-    position += height[:, None] * [0, 0, 1]
-    inside = rng.random(count) < 0.5
-    normal = np.where(inside[:, None], -away, away)
-    turned = normal + 0.7 * rng.normal(size=(count, 3))
-    turned *= np.sign((turned * normal).sum(1, keepdims=True))
-    turned /= np.linalg.norm(turned, axis=1, keepdims=True)
-    return tuple(torch.tensor(a, dtype=torch.float32) for a in (position, normal, turned, inside))
+    sphere = LAMP.sphere
+
+    def sample(self, count: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+        angle, height = rng.uniform(0, 2 * np.pi, count), rng.uniform(-0.2, 0.2, count)
+        away = np.stack((np.cos(angle), np.sin(angle), 0 * angle), 1)
+        axes = 0.2 * np.array([[1, 1, 0], [1, -1, 0], [-1, 1, 0], [-1, -1, 0]])
+        position = self.sphere.center + axes[rng.integers(4, size=count)] + 0.15 * away
+        position += height[:, None] * [0, 0, 1]
+        return position, np.where(rng.random((count, 1)) < 0.5, -away, away)
 
 
 @pytest.mark.slow
 def test_the_outside_of_a_thin_shade_is_dark(mitsuba: Any, tmp_path: Path) -> None:
-    """After the few steps of a sketch, of which little light was ever on the outside."""
+    """After the few steps of a sketch, in which few rays were asked on the outside."""
     from purelight_train.runs.pipeline import start
 
     (tmp_path / "lamp.xml").write_text(SHADED)
@@ -67,7 +63,7 @@ def test_the_outside_of_a_thin_shade_is_dark(mitsuba: Any, tmp_path: Path) -> No
         ).student  # fmt: skip
         with torch.no_grad():
             found.append(float(student(*ray).mean() / student(*inside).mean()))
-    assert found[1] < 0.5 * found[0]
+    assert found[1] < 0.1 * found[0]
 
 
 @pytest.mark.parametrize("lift", [0.0, 0.06])
@@ -92,21 +88,14 @@ def test_light_that_passes_a_lamp_knows_no_sides() -> None:
 
 
 def test_sizes_count_the_places_that_are_looked_up() -> None:
-    class Sheet:
-        sphere = LAMP.sphere
-
-        def sample(self, count: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-            position, normal, _, _ = shade(count, rng)
-            return position.numpy(), normal.numpy()
-
     counts = [
-        touched(unit_points(Sheet(), np.random.default_rng(0), lift), 32)  # type: ignore[arg-type]
+        touched(unit_points(Shades(), np.random.default_rng(0), lift), 32)  # type: ignore[arg-type]
         for lift in (0.0, 0.06)
     ]
     assert 1.3 * counts[0] < counts[1] < 2.1 * counts[0]
 
 
-def test_presets_that_have_it_say_so() -> None:
+def test_runs_of_before_have_none() -> None:
     for preset in PRESETS.values():
         assert type(preset).from_dict(preset.to_dict()).lift == preset.lift
     older = {k: v for k, v in DRAFT.to_dict().items() if k != "lift"}

@@ -17,7 +17,7 @@ from purelight_import.model.material import RGB, WHITE, Color, Material, Value
 from purelight_import.model.picture import Picture
 from purelight_import.parts.choice import chosen, listing
 from purelight_import.parts.emitting_sides import facing_out
-from purelight_import.parts.pieces import count
+from purelight_import.parts.pieces import advice
 
 EMISSIVE = "emissive"
 LIKELY = re.compile(r"bulb|filament|\bled|led[_\d]|emit|glow|lumin|flame|tube|light", re.IGNORECASE)
@@ -108,9 +108,9 @@ def light_up(
             lamp.notes("parts that emit in the file, but were not chosen, stay dark", part.name)
     _leave_dark(lamp, state)
     if all(s.radiance is not None and not isinstance(s.radiance, Picture) for s in state):
-        advice = _advice(lamp)
-        if advice:
-            lamp.notes(f"all of the lamp emits{advice}")
+        more = advice(lamp.parts)
+        if more:
+            lamp.notes(f"all of the lamp emits{more}")
     for s in state:
         s.tint(temperature if s.kelvin is None else s.kelvin)
     _share(state, total)
@@ -270,21 +270,12 @@ def _nothing(lamp: Lamp) -> str:
     likely = [p for p in lamp.parts if any(LIKELY.search(name) for name in p.names)]
     example = (likely or list(lamp.parts))[0].name if lamp.parts else "NAME"
     sizes = {p.name: f"({_length(np.ptp(p.mesh.bounds, axis=0).max())})" for p in lamp.parts}
-    advice = _advice(lamp) if len(likely) in (0, len(lamp.parts)) else ""
+    more = advice(lamp.parts) if len(likely) in (0, len(lamp.parts)) else ""
     return (
         f"nothing in the file emits; choose what does, for example --emitter '{example}=806lm'; "
-        f"{listing(example if likely else '', lamp.parts, sizes)}{advice}"
+        f"{listing(example if likely else '', lamp.parts, sizes)}{more}"
     )
 
 
 def _length(metres: float) -> str:
     return f"{metres:.3g} m" if metres >= 1 else f"{MILLIMETRES * metres:.3g} mm"
-
-
-def _advice(lamp: Lamp) -> str:
-    """To take the part of most pieces apart, if any has several."""
-    pieces = {p.name: count(p) for p in lamp.parts}
-    most = max(pieces, key=lambda name: pieces[name], default="")
-    if not most or pieces[most] == 1:
-        return ""
-    return f"; '{most}' is {pieces[most]} pieces that do not touch: --pieces '{most}' parts them"

@@ -12,7 +12,7 @@ from purelight_import.model.lamp import Lamp, Part
 from purelight_import.model.material import Material
 from purelight_import.model.mesh import Floats, Mesh
 from purelight_import.parts.choice import fitting
-from purelight_import.parts.hull import Hull, hull
+from purelight_import.parts.hull import SIDES, Hull, hull
 from purelight_import.parts.rays import Rays
 
 SOLID, THIN = "solid", "thin"
@@ -107,7 +107,7 @@ def _mended(part: Part, lamp: Lamp) -> Part:
     if hull(part.mesh).all_closed or len(part.mesh.triangles) > MENDABLE:
         return part
     corners = part.mesh.welded()
-    sides = np.sort(corners[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), 1)
+    sides = np.sort(corners[:, SIDES].reshape(-1, 2), 1)
     _, count = np.unique(sides, axis=0, return_counts=True)
     if (count != 2).any():
         return part

@@ -11,7 +11,7 @@ from scipy.sparse.csgraph import connected_components
 
 from purelight_import.model.mesh import Mesh
 
-SIDES = [[0, 1], [1, 2], [2, 0]]
+SIDES = [[0, 1], [1, 2], [2, 0]]  # of a triangle, by its corners
 
 
 @dataclass(frozen=True)
@@ -40,10 +40,9 @@ def hull(mesh: Mesh) -> Hull:
     """
     corners = mesh.welded()
     count = int(corners.max()) + 1
-    sides = corners[:, SIDES].reshape(-1, 2)
     number, surface = _connected(corners)
     proper = (np.sort(corners, 1)[:, :-1] != np.sort(corners, 1)[:, 1:]).all(1)
-    ends = sides.reshape(-1, 3, 2)[proper].reshape(-1, 2)
+    ends = corners[proper][:, SIDES].reshape(-1, 2)
     unpaired = _unpaired(ends, count)
     closed = np.ones(number, bool)
     closed[np.repeat(surface[proper], 3)[unpaired]] = False

@@ -6,7 +6,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from purelight_format.errors import PureLightError
 from purelight_import.model import limits
@@ -38,9 +37,13 @@ def taken_apart(lamp: Lamp, patterns: Sequence[str]) -> Lamp:
     return replace(lamp, parts=tuple(parts))
 
 
-def count(part: Part) -> int:
-    """Of how many unconnected pieces a part is."""
-    return surfaces(part.mesh)[0]
+def advice(parts: Sequence[Part]) -> str:
+    """The end of a line that tells to take the part of most pieces apart; empty if none has two."""
+    counts = {part.name: surfaces(part.mesh)[0] for part in parts}
+    most = max(counts, key=lambda name: counts[name], default="")
+    if not most or counts[most] == 1:
+        return ""
+    return f"; '{most}' is {counts[most]} pieces that do not touch: {OPTION} '{most}' parts them"
 
 
 def _pieces(part: Part, names: Names, lamp: Lamp) -> Iterator[Part]:
@@ -70,6 +73,4 @@ def _by_size(mesh: Mesh) -> Iterator[Mesh]:
     place = np.minimum(rank[label], ALONE)
     order = np.argsort(place, kind="stable")
     ends = np.flatnonzero(np.diff(place[order])) + 1
-    which: NDArray[np.int64]
-    for which in np.split(order, ends):
-        yield mesh.only(np.sort(which))
+    yield from (mesh.only(which) for which in np.split(order, ends))

@@ -12,10 +12,9 @@ from purelight_format.issues import plain
 from purelight_import.model.lamp import Part
 from purelight_import.model.material import Verbatim
 from purelight_import.model.picture import Picture
-from purelight_import.parts.emitters import flux, mean_radiance
+from purelight_import.parts.emitters import MILLIMETRES, flux, mean_radiance
 from purelight_import.write import bsdf
 
-MILLIMETRES = 1000.0
 WIDEST, LAST = 36, 8  # characters of a name, and of its end, which tells pieces apart
 
 

@@ -67,8 +67,7 @@ class SurfaceNetwork(nn.Module):
         The told one lifts the point too: where it is shaken, points near a crease are close.
         """
         offset = (position - self.centre) * (0.5 / self.radius)
-        lifted = (offset + 0.5 * self.lift * encoded) * (1 / (1 + self.lift))
-        parts = [self.grid(lifted + 0.5)]
+        parts = [self.grid(lifted(offset, encoded, self.lift) + 0.5)]
         for kind, grid in self.anchors.items():
             ray = outgoing if kind == "straight" else refracted(normal, outgoing, self.index)
             along = (offset * ray).sum(-1, keepdim=True)
@@ -86,6 +85,19 @@ class SurfaceNetwork(nn.Module):
         told = normal if encoded is None else encoded
         output: Tensor = self.network(self.features(position, normal, outgoing, told))
         return output
+
+
+def lifted(offset: A, normal: A, lift: float) -> A:
+    """Where a grid looks points up, in its cube: two of [N, 3] -> [N, 3].
+
+    Arguments:
+        offset: (x - c) / 2R; tensors, arrays or values of a graph, as the unit normals.
+        lift: in radii R.
+    """
+    if not lift:
+        return offset
+    raised: A = (offset + normal * (0.5 * lift)) * (1 / (1 + lift))
+    return raised
 
 
 def refracted(normal: A, outgoing: A, index: float) -> A:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from purelight_train.light.exit_surface import ExitSurface
 from purelight_train.networks.encodings import GridEncoding
 from purelight_train.networks.student import DEGREE
+from purelight_train.networks.surface_network import lifted
 from purelight_train.presets import GridSize, MLPSize, Preset
 
 SHARES = (1 / 8, 1 / 4, 3 / 8, 1 / 2, 3 / 4, 1.0)
@@ -48,7 +49,7 @@ def unit_points(surface: ExitSurface, rng: np.random.Generator, lift: float = 0.
     position, normal = surface.sample(SURFACE_SAMPLES, rng)
     sphere = surface.sphere
     offset = (position - np.asarray(sphere.center)) * (0.5 / sphere.radius)
-    return (offset + 0.5 * lift * normal) / (1 + lift) + 0.5
+    return lifted(offset, normal, lift) + 0.5
 
 
 def part_of(grid: GridSize, network: MLPSize, share: float, unit: Unit) -> tuple[GridSize, MLPSize]:
