@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import base64
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 from benchmarks.systems.protocol import System
 from benchmarks.systems.records import Record, Records
-from benchmarks.systems.report import claims, drawing, tables
+from benchmarks.systems.report import claims, drawing, published, tables
 from benchmarks.systems.report.rows import rows
 from benchmarks.systems.report.series import Results
 from benchmarks.systems.report.tables import Grid
@@ -35,25 +36,55 @@ COSTS = tables.HEAD.index("samples")  # the first column that is no error
 def write(folder: Path, systems: Sequence[System], publish: Path | None) -> str:
     """Write the report into FOLDER/report, and where it is published; returns the tables.
 
+    Lamps that were published before and that the folder has no records of stay published.
+
     Raises:
-        PureLightError: there are no records.
+        PureLightError: there are no records, or what was published cannot be read.
     """
-    places = {system.name: k for k, system in enumerate(systems)}
     records = Records(folder).current()
-    records.sort(key=lambda record: places.get(record.system, len(places)))
-    results = Results(records)
-    if not results.lamps and not any(r.failed for r in records):
+    if not any(r.system or r.failed for r in records):
         raise PureLightError(f"{folder}: no records yet; measure first, without --report")
+    report = _report(folder, records, systems)
+    _save(folder / "report", report)
+    if publish is not None:
+        _publish(publish, folder, records, systems)
+    return report.text
+
+
+@dataclass(frozen=True)
+class _Report:
+    results: Results
+    systems: Sequence[System]
+    remark: str
+    text: str
+    files: dict[str, bytes]
+
+
+def _report(folder: Path, records: Sequence[Record], systems: Sequence[System]) -> _Report:
+    places = {system.name: k for k, system in enumerate(systems)}
+    records = sorted(records, key=lambda r: (places.get(r.system, len(places)), r.lamp))
+    results = Results(records)
     remark = f"{_remark(folder.name)} {_circumstances(records)}".strip()
     text, files = f"{remark}\n\n{_text(results, systems)}".lstrip(), _figures(folder, results)
     files |= {"results.md": text.encode(), **_values(results)}
-    _save(folder / "report", results, systems, files, remark)
-    if publish is not None:
-        _check(files)
-        _save(publish, results, systems, files, remark)
-        if (publish / "index.html").stat().st_size > LIMIT:  # then its pictures lie beside it
-            _page(publish / "index.html", results, systems, files, remark, embedded=False)
-    return text
+    return _Report(results, systems, remark, text, files)
+
+
+def _publish(
+    target: Path, folder: Path, records: Sequence[Record], systems: Sequence[System]
+) -> None:
+    """Publish a folder's lamps, beside those that are published and that it does not hold."""
+    new = {r.lamp for r in records}
+    kept = published.records(target, new)
+    report = _report(folder, [*records, *kept], systems)
+    lamps = report.results.lamps
+    for path in target.glob("row_*.png"):  # of pictures that are no longer here
+        if _owner(path.name, lamps) in {r.lamp for r in kept}:
+            report.files[path.name] = path.read_bytes()
+    _check(report.files)
+    _save(target, report)
+    if (target / "index.html").stat().st_size > LIMIT:  # then its pictures lie beside it
+        _page(target / "index.html", report, embedded=False)
 
 
 def _remark(scale: str) -> str:
@@ -79,21 +110,20 @@ def _circumstances(records: Sequence[Record]) -> str:
             f"Systems had different numbers of threads ({numbers}): seconds do not compare."
         )
     if len(codes) > 1:
-        said.append(f"Series were measured by {len(codes)} versions of the code.")
+        lamps = {c: sorted({r.lamp for r in measured if r.code == c}) for c in codes}
+        by = "; ".join(f"{code} ({', '.join(lamps[code])})" for code in sorted(codes))
+        said.append(f"Series were measured by {len(codes)} versions of the code: {by}.")
     return " ".join(said)
 
 
-def _save(
-    target: Path, results: Results, systems: Sequence[System], files: dict[str, bytes],
-    remark: str,
-) -> None:  # fmt: skip
+def _save(target: Path, report: _Report) -> None:
     target.mkdir(parents=True, exist_ok=True)
-    for name, data in files.items():
+    for name, data in report.files.items():
         atomic.write_bytes(target / name, data)
     for old in (*target.glob("*.png"), *target.glob("series_*.csv")):  # of what is there no more
-        if old.name not in files:
+        if old.name not in report.files:
             old.unlink()
-    _page(target / "index.html", results, systems, files, remark, embedded=True)
+    _page(target / "index.html", report, embedded=True)
 
 
 def _check(files: dict[str, bytes]) -> None:
@@ -116,7 +146,7 @@ def _values(results: Results) -> dict[str, bytes]:
     made = {"results": last}
     for lamp in results.lamps:
         made[f"series_{lamp}"] = [r for r in results.records if r.lamp == lamp]
-    return {f"{name}.csv": tables.rows_csv(rows).encode() for name, rows in made.items()}
+    return {f"{name}.csv": published.to_csv(rows).encode() for name, rows in made.items()}
 
 
 def _grids(results: Results, systems: Sequence[System]) -> dict[str, Grid]:
@@ -141,10 +171,8 @@ def _text(results: Results, systems: Sequence[System]) -> str:
     return "\n".join(parts)
 
 
-def _page(
-    path: Path, results: Results, systems: Sequence[System], files: dict[str, bytes],
-    remark: str, *, embedded: bool,
-) -> None:  # fmt: skip
+def _page(path: Path, report: _Report, *, embedded: bool) -> None:
+    results, systems, files = report.results, report.systems, report.files
     sections: list[Section] = []
     failed = [r for r in results.records if r.failed]
     sections.append(Warnings([f"{r.lamp} {r.system} {r.task}: {r.failed}" for r in failed]))
@@ -164,7 +192,7 @@ def _page(
             if n.endswith(".png") and _owner(n, results.lamps) == lamp
         }
         sections += _lamp(lamp, {n: d if embedded else None for n, d in mine.items()})
-    write_page(path, "Systems side by side", f"{LEAD} {remark}".strip(), sections)
+    write_page(path, "Systems side by side", f"{LEAD} {report.remark}".strip(), sections)
 
 
 def _tables(title: str, grid: Grid) -> list[Section]:

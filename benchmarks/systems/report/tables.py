@@ -1,14 +1,11 @@
-"""Tables of lamps x systems, and all records as CSV."""
+"""Tables of lamps x systems."""
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 from benchmarks.systems.protocol import System
-from benchmarks.systems.records import Record
 from benchmarks.systems.report.series import (
     FLOOR,
     GLARE,
@@ -168,31 +165,3 @@ def _reason(results: Results, lamp: str, name: str, system: System | None, kind:
 
 def _cell(step: Step | None, name: str, style: str = ".3g") -> Cell:
     return Cell(step.figures.get(name) if step else None, style)
-
-
-def rows_csv(records: Sequence[Record]) -> str:
-    """Records as CSV, lists left out; columns are the figures that any of them has."""
-    names = dict.fromkeys(
-        n for r in records for n, v in r.figures.items() if not isinstance(v, list)
-    )
-    head = (
-        "lamp", "system", "task", "kind", "samples", "seconds", "clock", "warm_up", "memory",
-        "precompute_seconds", "stored_megabytes", "threads",
-    )  # fmt: skip
-    buffer = io.StringIO()
-    writer = csv.writer(buffer, lineterminator="\n")
-    writer.writerow([*head, *names, "failed"])
-    for r in records:
-        if not (r.system or r.failed):
-            continue
-        cost = [r.cost.get("seconds"), r.cost.get("megabytes")]
-        row = (
-            r.lamp, r.system, r.task, r.kind, r.samples, r.seconds, r.clock, r.warm_up, r.memory,
-            *cost, r.threads or None,
-        )  # fmt: skip
-        writer.writerow([_short(v) for v in (*row, *(r.figures.get(n) for n in names), r.failed)])
-    return buffer.getvalue()
-
-
-def _short(value: object) -> object:
-    return f"{value:.6g}" if isinstance(value, float) else ("" if value is None else value)

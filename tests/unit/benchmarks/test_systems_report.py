@@ -13,7 +13,7 @@ from PIL import Image
 
 from benchmarks.systems.own import OWN
 from benchmarks.systems.records import Record, Records
-from benchmarks.systems.report import claims, drawing, report, tables
+from benchmarks.systems.report import claims, drawing, published, report, tables
 from benchmarks.systems.report.series import Results, Step, at, reach, within
 from benchmarks.systems.tasks.truth import Truth
 from purelight_format.errors import PureLightError
@@ -114,12 +114,24 @@ def test_a_series_between_its_steps() -> None:
     assert at([], 1) is None
 
 
-def test_csv_holds_every_record() -> None:
-    records = bench()
-    found = list(csv.DictReader(io.StringIO(tables.rows_csv(records))))
-    assert len(found) == len(records)
-    assert float(found[0]["relative_error"]) == pytest.approx(2500)
-    assert found[-1]["task"] == "instances_16"
+def test_csv_is_read_back_as_the_same_records() -> None:
+    strips = {"alpha": [0.05, 0.1], "bias": [-0.25, None], "bias_noise": [0.01, None]}
+    records = [*bench(), record("ball", "purelight_fast", "roughness", 64, 1, 0.1, **strips)]
+    records.append(Record("ball", "wcl", "room", "", "c0de", failed="no luck, at all"))
+    known = published.from_csv(published.to_csv(records))
+    assert len(known) == len(records)
+    for one, other in zip(known, records, strict=True):
+        assert one.series == other.series
+        assert (one.code, one.samples, one.memory) == (other.code, other.samples, other.memory)
+        assert one.seconds == pytest.approx(other.seconds, rel=1e-5)
+        assert one.failed == other.failed
+        assert {n: v for n, v in one.figures.items() if not isinstance(v, list)} == pytest.approx(
+            {n: v for n, v in other.figures.items() if not isinstance(v, list)}, rel=1e-5
+        )
+    assert known[-2].figures["bias"] == [-0.25, None]
+    assert [v.figures for v in claims.verdicts(Results(known))] == [
+        v.figures for v in claims.verdicts(Results(records))
+    ]
 
 
 def test_claims_are_judged_by_the_records() -> None:
@@ -300,6 +312,37 @@ def test_the_report_holds_everything(tmp_path: Path) -> None:
     assert 'src="http' not in page
     again = Image.open(tmp_path / "report/row_ball_room.png")
     assert again.size[0] == 5 * (again.size[0] // 5)
+
+
+def test_lamps_that_were_published_before_stay(tmp_path: Path) -> None:
+    """What takes hours may be measured lamp by lamp, on other days or machines."""
+    target = tmp_path / "published"
+    for lamp in ("ball", "cube"):
+        for made in bench():
+            Records(tmp_path / lamp).add(Record(**{**vars(made), "lamp": lamp, "code": lamp}))
+    report.write(tmp_path / "ball", [*OWN, Noisy()], target)
+    (target / "row_ball_room.png").write_bytes(b"a picture")
+    (target / "row_gone_room.png").write_bytes(b"of no lamp")
+    text = report.write(tmp_path / "cube", [*OWN, Noisy()], target)
+    assert "| ball |" not in text
+    both = (target / "results.md").read_text()
+    assert both.count("| ball | path |") == both.count("| cube | path |") == 2
+    assert "2 versions of the code: ball (ball); cube (cube)" in both
+    assert (target / "row_ball_room.png").read_bytes() == b"a picture"
+    assert not (target / "row_gone_room.png").exists()
+    assert (target / "front_ball_appearance.png").is_file()
+    once = {p.name: p.read_bytes() for p in target.iterdir()}
+    report.write(tmp_path / "cube", [*OWN, Noisy()], target)
+    assert {p.name: p.read_bytes() for p in target.iterdir()} == once
+
+
+@pytest.mark.parametrize("text", ["", "lamp,system\nball,path\n", "\0"])
+def test_what_was_not_published_here_is_refused(tmp_path: Path, text: str) -> None:
+    Records(tmp_path / "cube").add(record("cube", "path", "room", 2, 1, 0.1))
+    (tmp_path / "published").mkdir()
+    (tmp_path / "published/series_ball.csv").write_text(text)
+    with pytest.raises(PureLightError, match=r"series_ball.csv: not published by this benchmark"):
+        report.write(tmp_path / "cube", OWN, tmp_path / "published")
 
 
 def test_systems_stand_in_the_order_of_the_bench(tmp_path: Path) -> None:
