@@ -22,6 +22,12 @@ MEMORY, GPU = "GIB", "GPU"  # Names of resources; a worker elsewhere is started 
 LOST_TRIES = 10  # workers lost under one job, before it counts as the one that kills them
 RESERVE = 1.0  # GiB for the system
 PATIENCE = "20s"  # for a scheduler to answer
+# Watching itself, Dask takes a twentieth of a core a process, which is a job's
+QUIET = {
+    "distributed.worker.profile.enabled": False,
+    "distributed.admin.tick.interval": "1s",
+    "distributed.admin.system-monitor.interval": "5s",
+}
 
 
 @contextmanager
@@ -45,6 +51,7 @@ def engine(workers: int, address: str | None) -> Iterator[Any]:
         "distributed.scheduler.worker-saturation": 1.0,
         "distributed.worker.memory.terminate": False,  # The commands hold it, not the worker
         "distributed.comm.timeouts.connect": PATIENCE,
+        **QUIET,
     }):  # fmt: skip
         if address:
             with _connect(Client, address) as client:
