@@ -78,9 +78,9 @@ def _publish(
     kept = published.records(target, new)
     report = _report(folder, [*records, *kept], systems)
     lamps = report.results.lamps
-    for path in target.glob("row_*.png"):  # of pictures that are no longer here
+    for path in target.glob("*.png"):  # rows are of pictures that are not here
         if _owner(path.name, lamps) in {r.lamp for r in kept}:
-            report.files[path.name] = path.read_bytes()
+            report.files.setdefault(path.name, path.read_bytes())
     _check(report.files)
     _save(target, report)
     if (target / "index.html").stat().st_size > LIMIT:  # then its pictures lie beside it
