@@ -22,7 +22,7 @@ MEMORY, GPU = "GIB", "GPU"  # Names of resources; a worker elsewhere is started 
 LOST_TRIES = 10  # workers lost under one job, before it counts as the one that kills them
 RESERVE = 1.0  # GiB for the system
 PATIENCE = "20s"  # for a scheduler to answer
-# Watching itself, Dask takes a twentieth of a core a process, which is a job's
+# Watching itself so often, Dask takes processor time that is the jobs'
 QUIET = {
     "distributed.worker.profile.enabled": False,
     "distributed.admin.tick.interval": "1s",

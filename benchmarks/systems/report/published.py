@@ -40,8 +40,8 @@ def from_csv(text: str) -> list[Record]:
     Raises:
         ValueError: it is no such text.
     """
-    head, *rows = csv.reader(io.StringIO(text), strict=True)
-    if (*head[: len(HEAD)], head[-1]) != (*HEAD, FAILED):
+    head, *rows = [*csv.reader(io.StringIO(text), strict=True)] or [[]]
+    if (*head[: len(HEAD)], *head[-1:]) != (*HEAD, FAILED):
         raise ValueError("its columns are others")
     return [_record(dict(zip(head, row, strict=True))) for row in rows]
 

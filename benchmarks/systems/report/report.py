@@ -47,7 +47,7 @@ def write(folder: Path, systems: Sequence[System], publish: Path | None) -> str:
     report = _report(folder, records, systems)
     _save(folder / "report", report)
     if publish is not None:
-        _publish(publish, folder, records, systems)
+        _publish(publish, folder, records, report)
     return report.text
 
 
@@ -70,16 +70,13 @@ def _report(folder: Path, records: Sequence[Record], systems: Sequence[System]) 
     return _Report(results, systems, remark, text, files)
 
 
-def _publish(
-    target: Path, folder: Path, records: Sequence[Record], systems: Sequence[System]
-) -> None:
-    """Publish a folder's lamps, beside those that are published and that it does not hold."""
-    new = {r.lamp for r in records}
-    kept = published.records(target, new)
-    report = _report(folder, [*records, *kept], systems)
-    lamps = report.results.lamps
+def _publish(target: Path, folder: Path, records: Sequence[Record], report: _Report) -> None:
+    """Publish a folder's report, with the lamps that are published and that it does not hold."""
+    if kept := published.records(target, {r.lamp for r in records}):
+        report = _report(folder, [*records, *kept], report.systems)
+    older = {r.lamp for r in kept}
     for path in target.glob("*.png"):  # rows are of pictures that are not here
-        if _owner(path.name, lamps) in {r.lamp for r in kept}:
+        if _owner(path.name, report.results.lamps) in older:
             report.files.setdefault(path.name, path.read_bytes())
     _check(report.files)
     _save(target, report)

@@ -336,7 +336,9 @@ def test_lamps_that_were_published_before_stay(tmp_path: Path) -> None:
     assert {p.name: p.read_bytes() for p in target.iterdir()} == once
 
 
-@pytest.mark.parametrize("text", ["", "lamp,system\nball,path\n", "\0"])
+@pytest.mark.parametrize(
+    "text", ["", "\n", "lamp,system\nball,path\n", "\0", published.to_csv(bench()) + "ball,path\n"]
+)
 def test_what_was_not_published_here_is_refused(tmp_path: Path, text: str) -> None:
     Records(tmp_path / "cube").add(record("cube", "path", "room", 2, 1, 0.1))
     (tmp_path / "published").mkdir()
