@@ -68,14 +68,16 @@ class Runner:
             self._lamp(facts)
 
     def _lamp(self, facts: Facts) -> None:
-        tasks = self.scale.tasks(facts.subject.name, facts.aperture)
-        if self.only:
-            tasks = [task for task in tasks if task.name in self.only]
+        tasks = self._tasks(facts)
         for system in self.systems:
             wanted = [t for t in tasks if t.kind in system.answers]
             missing = [t for t in wanted if self._missing(facts, system, t)]
             if missing:
                 self._system(facts, system, missing)
+
+    def _tasks(self, facts: Facts) -> list[JudgedTask]:
+        tasks = self.scale.tasks(facts.subject.name, facts.aperture)
+        return [task for task in tasks if not self.only or task.name in self.only]
 
     def _missing(self, facts: Facts, system: System, task: JudgedTask) -> bool:
         series, key = (facts.subject.name, system.name, task.name), self.key(facts, system, task)
@@ -150,17 +152,25 @@ class Runner:
         return name
 
     def _truth(self, facts: Facts, task: JudgedTask) -> Truth:
-        """A task's truth, kept by a digest of what it depends on."""
-        paths = self.scale.paths_of(task)
-        words = repr((facts.digest, source_digest(task), repr(task), paths))
-        digest = hashlib.sha256(words.encode()).hexdigest()[:12]
-        path = self.folder / facts.subject.name / "truth" / f"{task.name}-{digest}.npz"
+        """A task's truth; those of other tasks that lack it and share its light are made too."""
+        path, paths = self._truth_file(facts, task), self.scale.paths_of(task)
         if not path.is_file():
+            others = [t for t in self._tasks(facts) if t.measured and t.name != task.name]
+            others = [t for t in others if self.scale.paths_of(t) == paths]
+            lacking = {t.name: t for t in others if not self._truth_file(facts, t).is_file()}
             self._say(facts.subject.name, task.name, "light tracing the truth")
-            for truth in isolated.results(traced, task, facts.subject, path.parent, paths):
-                truth.save(path)
-            atomic.write_bytes(path.with_name(f"{task.name}.txt"), path.name.encode())
+            words = (traced, task, [*lacking.values()], facts.subject, path.parent, paths)
+            for name, truth in isolated.results(*words):
+                file = self._truth_file(facts, {**lacking, task.name: task}[name])
+                truth.save(file)
+                atomic.write_bytes(file.with_name(f"{name}.txt"), file.name.encode())
         return Truth.load(path)
+
+    def _truth_file(self, facts: Facts, task: JudgedTask) -> Path:
+        """Where a truth is kept, by a digest of what it depends on."""
+        words = repr((facts.digest, source_digest(task), repr(task), self.scale.paths_of(task)))
+        digest = hashlib.sha256(words.encode()).hexdigest()[:12]
+        return self.folder / facts.subject.name / "truth" / f"{task.name}-{digest}.npz"
 
     def _say(self, *words: str) -> None:
         print(" ".join(words), file=sys.stderr, flush=True)
@@ -180,9 +190,11 @@ def prepared(system: System, subject: Subject, folder: Path) -> Iterator[Cost]:
     yield system.prepare(subject, folder)
 
 
-def traced(task: JudgedTask, subject: Subject, folder: Path, paths: int) -> Iterator[Truth]:
-    """The truth, for a process of its own."""
-    yield task.truth(subject, folder / task.name, paths)
+def traced(
+    task: JudgedTask, others: list[JudgedTask], subject: Subject, folder: Path, paths: int
+) -> Iterator[tuple[str, Truth]]:
+    """Truths by name, for a process of its own."""
+    yield from task.truths(others, subject, folder / task.name, paths).items()
 
 
 def spent(frame: Frame, threads: int) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -61,6 +62,12 @@ class JudgedTask(ABC):
             sums.add(np.nan_to_num(np.array(image, np.float64)[..., :3], posinf=0.0, neginf=0.0))
         seconds = time.perf_counter() - start
         return Truth(sums.picture(), self.mask(subject, scene), count * spp * pixels, seconds)
+
+    def truths(
+        self, tasks: Sequence[JudgedTask], subject: Subject, folder: Path, paths: int
+    ) -> dict[str, Truth]:
+        """By name: this task's truth, and those of `tasks` that the same light paths give."""
+        return {self.name: self.truth(subject, folder, paths)}
 
     def figures(self, subject: Subject, picture: Picture, truth: Truth) -> Figures:
         """What this task asks besides the usual errors."""

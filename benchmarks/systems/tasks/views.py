@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -61,13 +62,25 @@ class View(JudgedTask):
 
     def truth(self, subject: Subject, folder: Path, paths: int) -> Truth:
         """Every photon that leaves the lamp, joined to the lens or caught by it."""
+        return self.truths([], subject, folder, paths)[self.name]
+
+    def truths(
+        self, tasks: Sequence[JudgedTask], subject: Subject, folder: Path, paths: int
+    ) -> dict[str, Truth]:
+        """All views among `tasks` share the photons and, in equal parts, the seconds."""
         ready(subject.threads)
         from purelight_train.truth.light_traced import light_traced
 
-        start = time.perf_counter()
-        lamp, lens = load_scene(subject.scene), self._thin_lens(subject)
-        picture = light_traced(lamp, [lens], paths, SEED)[0]
-        return Truth(picture, self._silhouette(lamp, lens), paths, time.perf_counter() - start)
+        start, lamp = time.perf_counter(), load_scene(subject.scene)
+        views = [self, *(t for t in tasks if isinstance(t, View) and t != self)]
+        lenses = [view._thin_lens(subject) for view in views]
+        pictures = light_traced(lamp, lenses, paths, SEED)
+        masks = [v._silhouette(lamp, lens) for v, lens in zip(views, lenses, strict=True)]
+        seconds = (time.perf_counter() - start) / len(views)
+        return {
+            view.name: Truth(picture, mask, paths, seconds)
+            for view, picture, mask in zip(views, pictures, masks, strict=True)
+        }
 
     def _thin_lens(self, subject: Subject) -> Any:
         from purelight_train.truth.thin_lens import ThinLens

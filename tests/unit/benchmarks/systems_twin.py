@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -42,6 +42,21 @@ class Grey(JudgedTask):
         for _ in range(8):
             sums.add(LEVEL + 0.01 * rng.standard_normal((SIZE, SIZE, 3)))
         return Truth(sums.picture(), np.ones((SIZE, SIZE), bool), paths, 0.0)
+
+
+@dataclass(frozen=True)
+class Shared(Grey):
+    """Tasks whose truths come together; each call of `truths` leaves a line in `calls`."""
+
+    name: str = "floor"
+
+    def truths(
+        self, tasks: Sequence[JudgedTask], subject: Subject, folder: Path, paths: int
+    ) -> dict[str, Truth]:
+        names = [self.name, *(task.name for task in tasks)]
+        with open(subject.run / "calls", "a") as file:
+            print(*names, file=file)
+        return {name: self.truth(subject, folder, paths) for name in names}
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,7 @@ from benchmarks.systems.subjects import Facts
 from benchmarks.systems.tasks.task import JudgedTask
 from purelight_format.errors import PureLightError
 from tests.unit.benchmarks import systems_work
-from tests.unit.benchmarks.systems_twin import LEVEL, SIZE, Grey, Noisy, subject
+from tests.unit.benchmarks.systems_twin import LEVEL, SIZE, Grey, Noisy, Shared, subject
 
 
 class Tiny(Scale):
@@ -55,6 +55,21 @@ def test_records_are_made_once_and_pictures_kept(runner: Runner) -> None:
     Runner(runner.folder, runner.scale, [Noisy()], again=("noisy",)).run(["ball"])
     assert len(Records(runner.folder).lines) == 4
     assert len(Records(runner.folder).current()) == 2
+
+
+def test_truths_that_share_their_light_are_made_together(
+    runner: Runner, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each once, but those that are there or have other paths."""
+    folder = subjects.subject("ball", runner.folder, "tiny", 1).subject.run
+    tasks = [Shared("floor"), Shared("view_side", "appearance"), Shared("roughness")]
+    monkeypatch.setattr(Tiny, "tasks", lambda *_: tasks)
+    runner.run(["ball"])
+    assert (folder / "calls").read_text() == "floor roughness\n"
+    assert {r.task for r in Records(runner.folder).current()} == {"floor", "roughness"}
+    tasks.append(Shared("room"))
+    Runner(runner.folder, runner.scale, [Noisy()]).run(["ball"])
+    assert (folder / "calls").read_text() == "floor roughness\nroom\n"
 
 
 def test_figures_of_a_picture_with_known_noise(runner: Runner) -> None:

@@ -120,6 +120,25 @@ def test_truth_of_a_view_is_the_balls_radiance(ball: Subject) -> None:
     assert np.abs(seen.image - again.picture.image)[again.mask].mean() < 0.1 * RADIANCE
 
 
+def test_views_share_photons(ball: Subject) -> None:
+    """Each picture is what it is alone, and each has its part of the seconds."""
+    view, eye = TASKS[3], TASKS[4]
+    found = view.truths([Room(12), view, eye], ball, ball.run, 1 << 18)
+    assert list(found) == [view.name, eye.name]
+    assert found[view.name].seconds == found[eye.name].seconds
+    for task in (view, eye):
+        alone, shared = task.truth(ball, ball.run, 1 << 18), found[task.name]
+        assert np.array_equal(shared.mask, alone.mask)
+        told = shared.picture.image[alone.mask]
+        assert told == pytest.approx(alone.picture.image[alone.mask], rel=0.15)
+        assert told.mean() == pytest.approx(alone.picture.image[alone.mask].mean(), rel=0.01)
+
+
+def test_other_tasks_have_a_truth_of_their_own(ball: Subject) -> None:
+    room = Room(12)
+    assert list(room.truths([*TASKS[1:]], ball, ball.run / "truth", 1 << 18)) == [room.name]
+
+
 def test_margin_is_that_of_the_truths_lens() -> None:
     assert views.MARGIN == radiance_field.MARGIN
 
