@@ -155,13 +155,15 @@ class Runner:
         """A task's truth; those of other tasks that lack it and share its light are made too."""
         path, paths = self._truth_file(facts, task), self.scale.paths_of(task)
         if not path.is_file():
-            others = [t for t in self._tasks(facts) if t.measured and t.name != task.name]
-            others = [t for t in others if self.scale.paths_of(t) == paths]
-            lacking = {t.name: t for t in others if not self._truth_file(facts, t).is_file()}
+            lacking = {
+                t.name: t for t in self._tasks(facts)
+                if t.measured and self.scale.paths_of(t) == paths
+                and not self._truth_file(facts, t).is_file()
+            }  # fmt: skip
             self._say(facts.subject.name, task.name, "light tracing the truth")
             words = (traced, task, [*lacking.values()], facts.subject, path.parent, paths)
             for name, truth in isolated.results(*words):
-                file = self._truth_file(facts, {**lacking, task.name: task}[name])
+                file = self._truth_file(facts, lacking[name])
                 truth.save(file)
                 atomic.write_bytes(file.with_name(f"{name}.txt"), file.name.encode())
         return Truth.load(path)
@@ -191,10 +193,10 @@ def prepared(system: System, subject: Subject, folder: Path) -> Iterator[Cost]:
 
 
 def traced(
-    task: JudgedTask, others: list[JudgedTask], subject: Subject, folder: Path, paths: int
+    task: JudgedTask, lacking: list[JudgedTask], subject: Subject, folder: Path, paths: int
 ) -> Iterator[tuple[str, Truth]]:
-    """Truths by name, for a process of its own."""
-    yield from task.truths(others, subject, folder / task.name, paths).items()
+    """Names and truths, for a process of its own."""
+    yield from task.truths(lacking, subject, folder / task.name, paths).items()
 
 
 def spent(frame: Frame, threads: int) -> float:

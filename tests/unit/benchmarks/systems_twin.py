@@ -53,7 +53,7 @@ class Shared(Grey):
     def truths(
         self, tasks: Sequence[JudgedTask], subject: Subject, folder: Path, paths: int
     ) -> dict[str, Truth]:
-        names = [self.name, *(task.name for task in tasks)]
+        names = [task.name for task in tasks]
         with open(subject.run / "calls", "a") as file:
             print(*names, file=file)
         return {name: self.truth(subject, folder, paths) for name in names}

@@ -121,13 +121,13 @@ def test_truth_of_a_view_is_the_balls_radiance(ball: Subject) -> None:
 
 
 def test_views_share_photons(ball: Subject) -> None:
-    """Each picture is what it is alone, and each has its part of the seconds."""
-    view, eye = TASKS[3], TASKS[4]
-    found = view.truths([Room(12), view, eye], ball, ball.run, 1 << 18)
+    """Each picture is what it is alone, and of its own size; each has its part of the seconds."""
+    view, eye = TASKS[3], Glare("glare_near", -60, -35, 16, 0.05, 8)
+    found = view.truths([Room(12), view, eye], ball, ball.run, 1 << 19)
     assert list(found) == [view.name, eye.name]
     assert found[view.name].seconds == found[eye.name].seconds
     for task in (view, eye):
-        alone, shared = task.truth(ball, ball.run, 1 << 18), found[task.name]
+        alone, shared = task.truth(ball, ball.run, 1 << 19), found[task.name]
         assert np.array_equal(shared.mask, alone.mask)
         told = shared.picture.image[alone.mask]
         assert told == pytest.approx(alone.picture.image[alone.mask], rel=0.15)
