@@ -6,8 +6,7 @@ import argparse
 from collections.abc import Sequence
 from pathlib import Path
 
-from purelight_export.export import IES, PHOTOMETRIC, export
-from purelight_export.parts import CHOICES
+from purelight_export.choices import IES, NETWORKS, PHOTOMETRIC
 from purelight_export.siblings import left_over
 from purelight_format import command
 
@@ -20,6 +19,8 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _export(options: argparse.Namespace) -> int:
+    from purelight_export.export import export  # Not before the options are right: it is slow.
+
     written = export(
         options.run, options.output, networks=options.networks,
         compact=options.precision == "compact", name=options.name, lumens=options.lumens,
@@ -37,7 +38,7 @@ def _parser() -> command.Parser:
     add = parser.add_argument
     add("run", type=Path, help="a run directory of purelight-train")
     add("--output", type=Path, required=True, help="lamp.plux; .usda and .ies go beside it")
-    add("--networks", type=_networks, default=CHOICES, help=",".join(CHOICES))
+    add("--networks", type=_networks, default=NETWORKS, help=",".join(NETWORKS))
     add("--photometry", type=_photometry, default=(IES,), metavar="KINDS",
         help=f"photometric files to write beside it: {','.join(PHOTOMETRIC)}")  # fmt: skip
     add("--precision", choices=("fp32", "compact"), default="fp32",
@@ -55,7 +56,7 @@ def _parser() -> command.Parser:
 
 
 def _networks(text: str) -> tuple[str, ...]:
-    return _chosen(text, CHOICES, "network")
+    return _chosen(text, NETWORKS, "network")
 
 
 def _photometry(text: str) -> tuple[str, ...]:

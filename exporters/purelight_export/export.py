@@ -13,7 +13,8 @@ from typing import Any
 import numpy as np
 from tqdm import tqdm
 
-from purelight_export.parts import CHOICES, Part, make_parts, require_agreement
+from purelight_export.choices import EULUMDAT, IES, NETWORKS
+from purelight_export.parts import Part, make_parts, require_agreement
 from purelight_export.photometry import (
     Intensity,
     eulumdat_file,
@@ -41,7 +42,6 @@ from purelight_onnx.viewer import render
 from purelight_train.fragment import KEPT, write_fragment
 from purelight_train.runs.run_directory import RunDirectory
 
-IES, EULUMDAT = PHOTOMETRIC = ("ies", "ldt")
 PREVIEW_SIZE = 256
 IN_WATTS = ("flux_error", "student_flux", "student_flux_error")
 MEASURED = ("rays", "exit_surface", "colors", "not_carried", "relative_error")
@@ -54,7 +54,7 @@ def export(
     run_path: str | Path,
     output: str | Path,
     *,
-    networks: Sequence[str] = CHOICES,
+    networks: Sequence[str] = NETWORKS,
     compact: bool = False,
     name: str | None = None,
     lumens: float | None = None,
@@ -72,11 +72,11 @@ def export(
 
     Arguments:
         run_path: A finished run directory.
-        networks: Which of `CHOICES` the bundle carries; what is required always.
+        networks: Which of `choices.NETWORKS` the bundle carries; what is required always.
         compact: Whether grid tables are stored with 15 bits.
         name: What to call the lamp, a printable text; like its scene by default.
         lumens: Luminous flux that all of its light is scaled to; as traced by default.
-        photometry: Which photometric files go beside the bundle, some of `PHOTOMETRIC`.
+        photometry: Which photometric files go beside the bundle, some of `choices.PHOTOMETRIC`.
         issued: Date in photometric files, YYYY-MM-DD; the day the run was finished by default.
 
     Returns:

@@ -17,8 +17,6 @@ from purelight_format.networks.probes import Arrays, Extent
 from purelight_onnx.session import Session
 from purelight_train.runs.run_directory import RunDirectory
 
-BROUGHT = {name for kind in KINDS.values() for name in kind.needs}
-CHOICES = tuple(name for name in EXPORTED if name not in BROUGHT)
 AGREEMENT = {"fp32": 1e-3, "compact": 2e-2}
 PROBES = 512
 
@@ -53,7 +51,7 @@ def make_parts(
 
     Arguments:
         run: A finished run directory.
-        wanted: Some of `CHOICES`.
+        wanted: Some of `choices.NETWORKS`.
     """
     rng = np.random.default_rng(0)
     names = {name for name, kind in KINDS.items() if kind.required or name in wanted}

@@ -30,7 +30,8 @@ def _parser() -> command.Parser:
 
 
 def _import(arguments: argparse.Namespace) -> int:
-    from purelight_import.importing import TEXT, import_lamp
+    from purelight_import.importing import import_lamp
+    from purelight_import.write.folder import TEXT
 
     made = import_lamp(
         arguments.file, arguments.output, options.Options.of(arguments), picture=arguments.picture

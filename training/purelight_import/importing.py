@@ -38,7 +38,6 @@ GENERAL = {"scene", "model", "untitled", "lamp", "luminaire", "mesh", "object", 
            "static", "data", "files", "source", "src", "gltf", "glb", "obj", "usd", "3d", "export",
            "exports", "download", "downloads", "desktop", "tmp"}  # fmt: skip
 CUT = "a picture with values above one, which no surface reflects; they are cut to one"
-KEPT, TEXT = "kept.xml", "parts.txt"
 Say = Callable[[str], None]
 Away = Callable[[Path], Sequence[str]]
 
@@ -118,7 +117,7 @@ def import_lamp(
     if AUTO in options.keep and away is not None:
         lamp, kept = _set_apart(lamp, kept, away)
     scene = f"{tidy(lamp.name)}.xml"
-    if scene == KEPT:
+    if scene == folders.KEPT:
         scene = "kept_lamp.xml"
     records = table.rows(lamp.parts)
     record: dict[str, Any] = {
@@ -130,8 +129,8 @@ def import_lamp(
         write_scene(draft / scene, lamp, lamp.parts, path.name)
         if kept:
             dark = tuple(replace(part, radiance=None) for part in kept)
-            write_scene(draft / KEPT, lamp, dark, path.name)
-        (draft / TEXT).write_text(table.text(records) + "\n", "utf-8")
+            write_scene(draft / folders.KEPT, lamp, dark, path.name)
+        (draft / folders.TEXT).write_text(table.text(records) + "\n", "utf-8")
         record["doubts"] = _looked_at(draft / scene, lamp, picture=picture)
     return Imported(output / scene, records, record["notes"], record["doubts"])
 

@@ -8,8 +8,7 @@ from pathlib import Path
 
 from purelight_format import atomic
 from purelight_format.errors import PureLightError
-from purelight_import.importing import KEPT
-from purelight_import.write.folder import read_record
+from purelight_import.write.folder import KEPT, read_record
 
 PLACE = "lamp_at"  # Parameter of the fragment: the lamp's to_world, as 16 numbers.
 IDENTITY = "1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1"

@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import trimesh
-from trimesh.ray.ray_pyembree import RayMeshIntersector
 
 from purelight_format.measures import BoundingSphere
 from purelight_format.members.surface import Surface
@@ -39,6 +37,10 @@ class ExitSurface:
     """
 
     def __init__(self, surface: Surface, sphere: BoundingSphere) -> None:
+        # Loading them takes three times as long as loading all else of this runtime.
+        import trimesh
+        from trimesh.ray.ray_pyembree import RayMeshIntersector
+
         self.centre, self.radius = np.array(sphere.center, np.float64), sphere.radius
         vertices = (surface.positions.astype(np.float64) - self.centre) / self.radius
         self.corner = vertices[surface.triangles]

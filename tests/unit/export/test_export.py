@@ -23,6 +23,7 @@ from purelight_format.bundle import Bundle
 from purelight_format.color import lumens
 from purelight_format.errors import PureLightError
 from purelight_format.networks import golden
+from purelight_format.networks.kinds import KINDS
 from purelight_format.networks.vectors import SIGNATURES
 from purelight_format.usd import asset_layer
 from purelight_format.validation.validate import validate
@@ -38,6 +39,11 @@ def lamp(run_directory: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     output = tmp_path_factory.mktemp("lamp") / "lamp.plux"
     export(run_directory, output, name="Test Lamp")
     return output
+
+
+def test_every_kind_of_network_can_be_exported() -> None:
+    """What `--networks` offers is known without the networks themselves."""
+    assert EXPORTED.keys() == KINDS.keys()
 
 
 def test_all_files_appear_and_nothing_else(lamp: Path) -> None:

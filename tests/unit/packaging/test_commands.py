@@ -19,6 +19,8 @@ SCRIPT = re.compile(r'^(purelight-\w+) = "(.+)"$', re.MULTILINE)
 COMMANDS = dict(SCRIPT.findall((ROOT / "pyproject.toml").read_text()))
 START = "import sys; from importlib import import_module; name, function = sys.argv[1].split(':')"
 RUN = "sys.exit(getattr(import_module(name), function)(sys.argv[2:]))"
+LARGE = {"torch", "trimesh", "scipy", "pxr", "onnx"}
+LOADED = "import sys; __import__(sys.argv[1]); print(*sys.modules)"
 
 
 def fault(name: str, *arguments: str, capsys: pytest.CaptureFixture[str]) -> str:
@@ -39,6 +41,14 @@ def test_wrong_arguments_are_one_line(name: str, capsys: pytest.CaptureFixture[s
     line = fault(name, "run", "--nothing=1", capsys=capsys)
     assert re.search("--nothing|required", line)
     assert line.endswith("--help")
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_help_and_faults_wait_for_no_large_library(name: str) -> None:
+    words = (sys.executable, "-c", LOADED, COMMANDS[name].split(":")[0])
+    loaded = subprocess.run(words, capture_output=True, text=True, check=True).stdout.split()
+    assert {"purelight_format.command"} <= set(loaded)
+    assert sorted(LARGE.intersection(loaded)) == []
 
 
 @pytest.mark.parametrize("name", ["purelight-train", "purelight-demo"])

@@ -15,7 +15,7 @@ from typing import Any
 from purelight_format import atomic
 from purelight_format.errors import PureLightError
 
-RECORD = "parts.json"
+RECORD, TEXT, KEPT = "parts.json", "parts.txt", "kept.xml"
 
 
 def check(folder: Path) -> None:
