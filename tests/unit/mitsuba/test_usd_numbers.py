@@ -97,7 +97,9 @@ def picture(scene: mi.Scene) -> np.ndarray:
 
 
 @pytest.mark.filterwarnings("error::RuntimeWarning")
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize(
+    "seed", [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(1, 8))]
+)
 def test_strange_numbers(seed: int, tmp_path: Path) -> None:
     write_exr(tmp_path / "map.exr", np.full((2, 2, 3), 0.5, np.float32))
     path, rng = tmp_path / "stage.usda", random.Random(seed)
