@@ -35,11 +35,12 @@ def row(elements: list[Any]) -> Tensor:
 def elementwise(function: Callable[..., Any], *tensors: Tensor, **_: Any) -> Tensor:
     """Applies a function to every element, broadcasting columns as ONNX does."""
     rank = max(t.ndim for t in tensors if t.dtype == object)
-    operands = np.broadcast_arrays(*(_aligned(tensor, rank) for tensor in tensors))
-    result = np.empty(operands[0].shape, object)
-    for index in np.ndindex(result.shape):
-        result[index] = function(*(operand[index] for operand in operands))
-    return result
+    operands = [_aligned(tensor, rank) for tensor in tensors]
+    # Every pass traces its networks anew: most operands have one shape, and lists are quick.
+    if len({operand.shape for operand in operands}) > 1:
+        operands = list(np.broadcast_arrays(*operands))
+    columns = (operand.ravel().tolist() for operand in operands)
+    return row(list(map(function, *columns))).reshape(operands[0].shape)
 
 
 def _aligned(tensor: Tensor, rank: int) -> Tensor:
