@@ -161,7 +161,11 @@ class PureLightIntegrator(mi.SamplingIntegrator):
         parts = self._prepare(scene, "fused" if nested else self.engine)
         active = active & (self.max_depth > 0)
         limits = Limits(self.max_depth, self.rr_depth, self.hide_emitters)
-        path = PathTracer(scene, parts, limits, self)(ray, sampler, active)
+        # Dr.Jit would trace loops twice to find what stays the same in them, networks and all,
+        # which LLVM finds as well.
+        twice = dr.backend_v(mi.Float) == dr.JitBackend.CUDA
+        with dr.scoped_set_flag(dr.JitFlag.OptimizeLoops, twice):
+            path = PathTracer(scene, parts, limits, self)(ray, sampler, active)
         spoilt = path.light.spoilt
         dr.scatter_add(self._spoilt, spoilt, mi.UInt32(0), spoilt > 0)
         layers = [part[channel] for part in path.light.groups for channel in range(3)]
