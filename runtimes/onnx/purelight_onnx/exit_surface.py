@@ -37,7 +37,7 @@ class ExitSurface:
     """
 
     def __init__(self, surface: Surface, sphere: BoundingSphere) -> None:
-        # Loading them takes three times as long as loading all else of this runtime.
+        # Slow to load, and few who open a lamp ask what rays meet.
         import trimesh
         from trimesh.ray.ray_pyembree import RayMeshIntersector
 

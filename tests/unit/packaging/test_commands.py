@@ -47,7 +47,7 @@ def test_wrong_arguments_are_one_line(name: str, capsys: pytest.CaptureFixture[s
 def test_help_and_faults_wait_for_no_large_library(name: str) -> None:
     words = (sys.executable, "-c", LOADED, COMMANDS[name].split(":")[0])
     loaded = subprocess.run(words, capture_output=True, text=True, check=True).stdout.split()
-    assert {"purelight_format.command"} <= set(loaded)
+    assert "purelight_format.command" in loaded
     assert sorted(LARGE.intersection(loaded)) == []
 
 

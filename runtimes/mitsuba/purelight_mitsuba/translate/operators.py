@@ -36,7 +36,7 @@ def elementwise(function: Callable[..., Any], *tensors: Tensor, **_: Any) -> Ten
     """Applies a function to every element, broadcasting columns as ONNX does."""
     rank = max(t.ndim for t in tensors if t.dtype == object)
     operands = [_aligned(tensor, rank) for tensor in tensors]
-    # Every pass traces its networks anew: most operands have one shape, and lists are quick.
+    # Every pass traces its networks anew, so this must be quick: most operands have one shape.
     if len({operand.shape for operand in operands}) > 1:
         operands = list(np.broadcast_arrays(*operands))
     columns = (operand.ravel().tolist() for operand in operands)
