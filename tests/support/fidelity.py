@@ -21,6 +21,7 @@ from scipy.stats.qmc import Sobol
 from purelight_export import photometry
 from purelight_format import measures
 from purelight_format.color import LUMINANCE
+from purelight_format.errors import PureLightError
 from purelight_mitsuba.scene_file import load_scene
 from purelight_onnx.luminaire import Luminaire
 from purelight_train.learning.cap_samples import shading_points
@@ -160,9 +161,15 @@ def _on_unit_sphere(u: Image) -> Image:
 
 
 def ies_lumens(path: Path) -> float:
-    """Lumens of an IES file as a photometric tool reads it."""
+    """Lumens of an IES file as a photometric tool reads it.
+
+    Raises:
+        PureLightError: it is not there.
+    """
     from photompy import IESFile
 
+    if not path.is_file():
+        raise PureLightError(f"{path}: no such file; purelight-export writes it")
     return float(IESFile.read(path).photometry.total_optical_power())
 
 

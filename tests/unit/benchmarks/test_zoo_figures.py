@@ -14,6 +14,7 @@ from benchmarks.zoo.figures import near, scenes
 from benchmarks.zoo.figures.enlarged import LIGHT_TRACING, PATH_TRACING
 from benchmarks.zoo.figures.through import seen_through
 from benchmarks.zoo.figures.views import side_by_side
+from purelight_format.errors import PureLightError
 from purelight_format.measures import BoundingSphere
 from purelight_train.light.exit_surface import inward_rays
 from purelight_train.light.radiance_field import look
@@ -21,7 +22,7 @@ from purelight_train.truth.metrics import Comparison
 from purelight_train.truth.picture import Passes, Picture
 from purelight_train.truth.plane import Plane
 from purelight_train.truth.thin_lens import ThinLens
-from tests.support.fidelity import Subject, floor_irradiance, traced_plane
+from tests.support.fidelity import Subject, floor_irradiance, ies_lumens, traced_plane
 
 SPHERE = BoundingSphere((0.0, 0.0, 0.0), 1.0)
 BALL = {
@@ -214,3 +215,8 @@ def test_flux_of_sheets_is_that_of_both_sides(mesh: trimesh.Trimesh, sides: int)
     seen = look(subject.surface, lambda position, *_: np.ones_like(position), origin, direction)
     told = (2 * np.pi * 1.0001 * SPHERE.radius) ** 2 * seen.mean()
     assert told == pytest.approx(sides * np.pi * mesh.area, rel=0.01)
+
+
+def test_lumens_of_a_file_that_is_not_there(tmp_path: Path) -> None:
+    with pytest.raises(PureLightError, match=r"gone\.ies: no such file"):
+        ies_lumens(tmp_path / "gone.ies")
