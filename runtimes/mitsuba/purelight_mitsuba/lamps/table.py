@@ -123,11 +123,13 @@ class Lamps:
         self.finished = any(emitter.finishes for emitter in emitters)
         self.sheets = any(f.thin_walled and not f.opaque for e in emitters for f in e.finishes)
         smooth = _normals(emitters)
-        mesh = _mesh(emitters, smooth)
+        bsdf = None
         if self.finished:
             finishes, indices = sides(emitters)
             self._finishes, self._sides = Finishes(finishes), device_array(mi.UInt32, indices)
-            mesh = _mesh(emitters, smooth, FinishBSDF(self._finishes, self._sides))
+            bsdf = FinishBSDF(self._finishes, self._sides)
+        mesh = _mesh(emitters, smooth, bsdf)
+        if self.finished:
             scatter = ScatterBSDF(self._finishes, self._sides)
             self._scattering = _mesh(emitters, smooth, scatter, copies=2)
             self._normals = None if smooth is None else device_array(mi.Float, smooth)
@@ -296,8 +298,11 @@ def _normals(emitters: Sequence[PureLightEmitter]) -> np.ndarray | None:
     """Normals in the corners of all triangles in the world, [3 T, 3]; None if none is smooth."""
     if not any(finish.smooth for e in emitters for finish in e.finishes):
         return None
-    own = [corner_normals(e.luminaire.surface, e.finishes).reshape(-1, 3) for e in emitters]
-    return np.concatenate([n @ e.placement.rotation.T for n, e in zip(own, emitters, strict=True)])
+    kinds = {(e.luminaire, e.finishes) for e in emitters}
+    own = {(lamp, f): corner_normals(lamp.surface, f).reshape(-1, 3) for lamp, f in kinds}
+    return np.concatenate(
+        [own[e.luminaire, e.finishes] @ e.placement.rotation.T for e in emitters], dtype=np.float32
+    )
 
 
 def _mesh(
@@ -341,10 +346,11 @@ def _scene(mesh: mi.Mesh, room: mi.Scene) -> mi.Scene:
 
 def _facets(emitters: Sequence[PureLightEmitter]) -> np.ndarray:
     """Normal in the luminaire frame and index of the lamp, for each triangle: [T, 4]."""
+    own = {luminaire: luminaire.normals() for luminaire in {e.luminaire for e in emitters}}
     return np.concatenate([
-        np.column_stack([normals, np.full(len(normals), index)])
-        for index, normals in enumerate(e.luminaire.normals() for e in emitters)
-    ])  # fmt: skip
+        np.insert(own[emitter.luminaire], 3, index, axis=1)
+        for index, emitter in enumerate(emitters)
+    ], dtype=np.float32)  # fmt: skip
 
 
 def _places(emitters: Sequence[PureLightEmitter], luminaires: list[Luminaire]) -> np.ndarray:
