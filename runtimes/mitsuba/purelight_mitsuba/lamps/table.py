@@ -122,20 +122,7 @@ class Lamps:
         self.luminaires: list[Luminaire] = list(dict.fromkeys(e.luminaire for e in emitters))
         self.finished = any(emitter.finishes for emitter in emitters)
         self.sheets = any(f.thin_walled and not f.opaque for e in emitters for f in e.finishes)
-        smooth = _normals(emitters)
-        bsdf = None
-        if self.finished:
-            finishes, indices = sides(emitters)
-            self._finishes, self._sides = Finishes(finishes), device_array(mi.UInt32, indices)
-            bsdf = FinishBSDF(self._finishes, self._sides)
-        mesh = _mesh(emitters, smooth, bsdf)
-        if self.finished:
-            scatter = ScatterBSDF(self._finishes, self._sides)
-            self._scattering = _mesh(emitters, smooth, scatter, copies=2)
-            self._normals = None if smooth is None else device_array(mi.Float, smooth)
-            self._shapes = mi.ShapePtr(mesh), mi.ShapePtr(self._scattering)
-            self._count = mi.UInt32(len(indices))
-            dr.make_opaque(self._count)
+        mesh = self._finish(emitters) if self.finished else _mesh(emitters, None)
         self._scene = _scene(mesh, room)
         self.surface = SurfaceSampler([luminaire.surface for luminaire in self.luminaires])
         self._facets = device_array(mi.Float, _facets(emitters))
@@ -146,6 +133,20 @@ class Lamps:
         self.overlapping = bool((places[:, 3, 3] >= 0).any())
         self.dark = not any(e.level * e.luminaire.power > 0 for e in emitters)
         self._choice = None if self.single or self.dark else LampChoice(emitters)
+
+    def _finish(self, emitters: Sequence[PureLightEmitter]) -> mi.Mesh:
+        """Notes of what lamps are made; returns the mesh that reflects, in which rays meet them."""
+        finishes, indices = sides(emitters)
+        self._finishes, self._sides = Finishes(finishes), device_array(mi.UInt32, indices)
+        smooth = _normals(emitters)
+        self._normals = None if smooth is None else device_array(mi.Float, smooth)
+        mesh = _mesh(emitters, smooth, FinishBSDF(self._finishes, self._sides))
+        scatter = ScatterBSDF(self._finishes, self._sides)
+        self._scattering = _mesh(emitters, smooth, scatter, copies=2)
+        self._shapes = mi.ShapePtr(mesh), mi.ShapePtr(self._scattering)
+        self._count = mi.UInt32(len(indices))
+        dr.make_opaque(self._count)
+        return mesh
 
     def intersect(self, ray: mi.Ray3f, active: mi.Bool) -> Hit:
         """Finds the first exit surface along rays in the world."""
@@ -332,7 +333,7 @@ def _mesh(
     own = [f + np.uint32(first) for f, first in zip(faces, counts, strict=False)]
     params["faces"] = np.tile(np.concatenate(own).ravel(), copies)
     if normals is not None:
-        params["vertex_normals"] = normals.astype(np.float32).ravel()
+        params["vertex_normals"] = normals.ravel()
     params.update()
     return mesh
 
