@@ -10,7 +10,7 @@ import mitsuba as mi
 import numpy as np
 
 from purelight_format.measures import Placement
-from purelight_mitsuba.lamps.table import Frame
+from purelight_mitsuba.lamps.frame import Frame
 from purelight_mitsuba.sampling.direction_table import DirectionTable
 from purelight_mitsuba.sampling.far_field import FarField
 
@@ -32,7 +32,7 @@ class IesEmitter(mi.Emitter):
         at = place.point_to_world(centre[None])[0].tolist()
         self._at, self._where = mi.Point3f(at), mi.ScalarPoint3f(*at)
         x, y, z = (mi.Vector3f(*row) for row in place.rotation.tolist())
-        self._frame = Frame(x, y, z, mi.Point3f(0), mi.Float(1), mi.Float(1))
+        self._frame = Frame(x, y, z, mi.Point3f(0), mi.Float(1))
         self._factor = mi.Float(place.scale**2)
         dr.make_opaque(self._frame, self._at, self._factor)
         self.m_flags = mi.EmitterFlags.DeltaPosition

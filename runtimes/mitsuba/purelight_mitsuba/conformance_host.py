@@ -25,10 +25,11 @@ mi = use()
 import drjit as dr  # noqa: E402 - only once Mitsuba has a variant
 import numpy as np  # noqa: E402
 
+from purelight_mitsuba.lamps.exits import Hit  # noqa: E402
 from purelight_mitsuba.lamps.finish_bsdf import FinishBSDF, ScatterBSDF  # noqa: E402
 from purelight_mitsuba.lamps.finishes import Finishes  # noqa: E402
 from purelight_mitsuba.lamps.luminaire import Luminaire, load  # noqa: E402
-from purelight_mitsuba.lamps.table import Hit, Lamps, Place  # noqa: E402
+from purelight_mitsuba.lamps.table import Lamps, Place  # noqa: E402
 from purelight_mitsuba.sampling.cap import Cap, cap, frame  # noqa: E402
 from purelight_mitsuba.translate.golden import evaluate, lanes, rows_of  # noqa: E402
 from purelight_mitsuba.transport.events import Parts  # noqa: E402

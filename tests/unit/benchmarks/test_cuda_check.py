@@ -23,7 +23,8 @@ from purelight_format.bundle import Bundle
 from purelight_format.errors import PureLightError
 from purelight_format.members import network as member
 from purelight_format.networks.kinds import KINDS
-from purelight_mitsuba.lamps.table import Hit, Lamps
+from purelight_mitsuba.lamps.exits import Hit
+from purelight_mitsuba.lamps.table import Lamps
 from purelight_mitsuba.translate.half_precision import half_bound
 from purelight_mitsuba.translate.network import Dense
 

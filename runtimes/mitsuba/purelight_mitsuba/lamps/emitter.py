@@ -11,7 +11,7 @@ import mitsuba as mi
 import numpy as np
 
 from purelight_format.errors import PureLightError
-from purelight_format.measures import Placement
+from purelight_format.measures import BoundingSphere, Placement
 from purelight_format.members.finishes import Finish
 from purelight_mitsuba.lamps.luminaire import Luminaire, load
 
@@ -65,6 +65,12 @@ class BundleEmitter(mi.Emitter):
         """Of what the lamp is made, if it is to answer other light."""
         return self.luminaire.finishes if self._answers else ()
 
+    def sphere(self) -> BoundingSphere:
+        """The bounding sphere in the world."""
+        own, place = self.luminaire.sphere, self.placement
+        x, y, z = place.point_to_world(np.array([own.center]))[0].tolist()
+        return BoundingSphere((x, y, z), place.scale * own.radius)
+
     def refresh(self) -> None:
         """Reads the bundle again if it changed; a file that is gone leaves the lamp as it is.
 
@@ -84,9 +90,8 @@ class BundleEmitter(mi.Emitter):
         self._place()
 
     def bbox(self) -> mi.ScalarBoundingBox3f:
-        sphere = self.luminaire.sphere
-        centre = self.placement.point_to_world(np.array([sphere.center]))[0]
-        radius = self.placement.scale * sphere.radius
+        sphere = self.sphere()
+        centre, radius = np.array(sphere.center), sphere.radius
         return mi.ScalarBoundingBox3f(
             mi.ScalarPoint3f(centre - radius), mi.ScalarPoint3f(centre + radius)
         )

@@ -13,10 +13,9 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-from purelight_format.members.finishes import NONE, Finish
+from purelight_format.members.finishes import Finish
 from purelight_format.reflection import EDGE, SHARP, mean_reflectance
 from purelight_mitsuba.device_array import device_array
-from purelight_mitsuba.lamps.emitter import PureLightEmitter
 
 PACKETS = 8  # Of four floats per finish.
 
@@ -120,20 +119,6 @@ class Finishes:
             ahead_exponent=g.w,
             back_exponent=h.x,
         )
-
-
-def sides(emitters: Sequence[PureLightEmitter]) -> tuple[list[Finish], np.ndarray]:
-    """All finishes, and which of them front and back of each lamp's triangles have: [T, 2]."""
-    different = list(dict.fromkeys(f for emitter in emitters for f in emitter.finishes))
-    columns = []
-    for emitter in emitters:
-        surface = emitter.luminaire.surface
-        number = np.full(NONE + 1, len(different), np.uint32)
-        number[: len(emitter.finishes)] = [different.index(f) for f in emitter.finishes]
-        own = surface.finish
-        none = np.full((len(surface.triangles), 2), NONE)
-        columns.append(number[none if own is None else own])
-    return different, np.concatenate(columns)
 
 
 def row(finish: Finish) -> np.ndarray:

@@ -129,12 +129,8 @@ def cell(direction: mi.Vector3f) -> mi.UInt32:
 
 def _spheres(emitters: Sequence[PureLightEmitter]) -> np.ndarray:
     """Centres in the world and squared radii of bounding spheres: [L, 4]."""
-    table = np.zeros((len(emitters), 4))
-    for row, emitter in zip(table, emitters, strict=True):
-        sphere, placement = emitter.luminaire.sphere, emitter.placement
-        row[:3] = placement.point_to_world(np.array([sphere.center]))[0]
-        row[3] = (placement.scale * sphere.radius) ** 2
-    return table
+    spheres = [emitter.sphere() for emitter in emitters]
+    return np.array([(*sphere.center, sphere.radius**2) for sphere in spheres])
 
 
 def _maps(emitters: Sequence[PureLightEmitter]) -> tuple[np.ndarray, np.ndarray]:

@@ -8,7 +8,7 @@ import drjit as dr
 import mitsuba as mi
 
 from purelight_mitsuba.lamps.emitter import BundleEmitter
-from purelight_mitsuba.lamps.table import Frame
+from purelight_mitsuba.lamps.frame import Frame
 from purelight_mitsuba.sampling.direction_table import DirectionTable
 from purelight_mitsuba.sampling.far_field import FarField
 from purelight_mitsuba.sampling.surface_sampler import SurfaceSampler
@@ -40,9 +40,9 @@ class RoomOnlyEmitter(BundleEmitter):
         placement = self.placement
         x, y, z = (mi.Vector3f(*row) for row in placement.rotation.tolist())
         translation = mi.Point3f(*placement.translation.tolist())
-        scale, dimmer = mi.Float(placement.scale), mi.Float(self.level)
-        self._frame = Frame(x, y, z, translation, scale, dimmer)
-        dr.make_opaque(self._frame)
+        self._frame = Frame(x, y, z, translation, mi.Float(placement.scale))
+        self._brightness = mi.Float(self.level)
+        dr.make_opaque(self._frame, self._brightness)
 
     def sample_direction(
         self, it: Any, sample: Any, active: Any = True
@@ -63,5 +63,5 @@ class RoomOnlyEmitter(BundleEmitter):
         ds.delta = mi.Bool(True)
         ds.emitter = mi.EmitterPtr(self)
         intensity = self._intensity.at(-self._frame.direction_to_local(ds.d), active)
-        factor = dr.square(self._frame.scale) * self._frame.dimmer / square
+        factor = dr.square(self._frame.scale) * self._brightness / square
         return ds, dr.select(ds.pdf > 0, intensity * factor, 0)

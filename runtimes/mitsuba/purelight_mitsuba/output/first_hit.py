@@ -9,7 +9,8 @@ import mitsuba as mi
 import numpy as np
 
 from purelight_mitsuba.lamps.emitter import PureLightEmitter
-from purelight_mitsuba.lamps.table import Hit, Lamps
+from purelight_mitsuba.lamps.exits import Hit
+from purelight_mitsuba.lamps.table import Lamps
 
 SAMPLES = 16
 

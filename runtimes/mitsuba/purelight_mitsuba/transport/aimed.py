@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import drjit as dr
 import mitsuba as mi
 
-from purelight_mitsuba.lamps.table import Hit, Lamps, Place
+from purelight_mitsuba.lamps.exits import Hit
+from purelight_mitsuba.lamps.table import Lamps, Place
 from purelight_mitsuba.sampling.surface_sampler import share
 from purelight_mitsuba.transport.mis import cutoff, power
 from purelight_mitsuba.transport.queries import Answer, Direction, Queries
@@ -183,12 +184,12 @@ class AimedLamps:
             place.asset, drawn.facet, drawn.normal, offset, mi.Bool(True)
         )
         weight = mi.Color3f(dr.select(pdf > 0, 1 / pdf, 0))
-        facet = self.lamps.first_facet(lamp) + drawn.facet
+        facet = self.lamps.exits.first_facet(lamp) + drawn.facet
         return Aim(ray.d, pdf, weight, mi.UInt32(0), target, facet)
 
     def _pdf_surface(self, place: Place, hit: Hit, toward: mi.Vector3f) -> mi.Float:
         """The density of the surface sampler for where a lamp was met."""
-        facet = hit.facet - self.lamps.first_facet(hit.lamp)
+        facet = hit.facet - self.lamps.exits.first_facet(hit.lamp)
         local = place.direction_to_local(toward)
         return self.lamps.surface.pdf_solid_angle(
             place.asset, facet, hit.normal, local, mi.Bool(True)

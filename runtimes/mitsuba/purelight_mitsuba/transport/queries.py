@@ -9,8 +9,9 @@ from typing import Any, TypeVar
 import drjit as dr
 import mitsuba as mi
 
+from purelight_mitsuba.lamps.exits import Hit
 from purelight_mitsuba.lamps.luminaire import Luminaire
-from purelight_mitsuba.lamps.table import Hit, Lamps, Place
+from purelight_mitsuba.lamps.table import Lamps, Place
 from purelight_mitsuba.sampling.cap import Cap, cap
 from purelight_mitsuba.sampling.radiance_map import Drawn, draw, lit
 from purelight_mitsuba.transport.batched_maps import compiled, draw_batched

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import drjit as dr
 import mitsuba as mi
 
-from purelight_mitsuba.lamps.table import Hit, Place
+from purelight_mitsuba.lamps.exits import Hit
+from purelight_mitsuba.lamps.table import Place
 
 NONE = 0xFFFFFFFF
 ANY = 0xFFFFFFFE

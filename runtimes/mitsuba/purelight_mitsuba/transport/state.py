@@ -113,6 +113,7 @@ class Vertex:
         Arguments:
             lamps: Those that it may be on.
         """
-        si = found.compute_surface_interaction(ray, mi.RayFlags.All, active)
-        on = lamps.owner(found) if lamps is not None and lamps.finished else on_no_lamp()
+        si, on = found.compute_surface_interaction(ray, mi.RayFlags.All, active), on_no_lamp()
+        if lamps is not None and lamps.finished:
+            si, on = lamps.exits.in_world(si, found, ray), lamps.exits.owner(found)
         return Vertex(ray, found, si, si.bsdf(ray), *on)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import drjit as dr
 import mitsuba as mi
 
-from purelight_mitsuba.lamps.table import Hit, Lamps
+from purelight_mitsuba.lamps.exits import Hit
+from purelight_mitsuba.lamps.table import Lamps
 from purelight_mitsuba.transport.queries import Answer, ExitRay, Queries
 from purelight_mitsuba.transport.segment import Meeting, Segment
 

@@ -9,7 +9,8 @@ from functools import partial
 import drjit as dr
 import mitsuba as mi
 
-from purelight_mitsuba.lamps.table import Hit, Lamps, Place
+from purelight_mitsuba.lamps.exits import Hit
+from purelight_mitsuba.lamps.table import Lamps, Place
 from purelight_mitsuba.transport.aimed import AimedLamps
 from purelight_mitsuba.transport.events import Parts, Stop
 from purelight_mitsuba.transport.light import OTHERS, Light
@@ -174,8 +175,8 @@ class Walk:
         if not self.lamps.finished:
             return self._transmittance(on, now.start, met, active), now.stops
         outgoing = -met.place.direction_to_local(on.direction)
-        look = self.lamps.look(met.hit, outgoing)
-        cosine = self.lamps.cosine(met.hit, met.place, on.direction)
+        look = self.lamps.exits.look(met.hit, outgoing)
+        cosine = self.lamps.exits.cosine(met.hit, met.place, on.direction)
         # A sheet met from the hollow behind it: nothing else of the lamp is on the way
         behind = dr.dot(met.hit.normal, outgoing) < 0
         hollow = look.sheet & (met.hit.lamp == on.own) & behind
@@ -190,9 +191,9 @@ class Walk:
         (before,) = now.stops
         event = parts.draw(before.u, far and far.reflectance)
         ended = viewing & event.stops
-        found = self.lamps.vertex(met.hit, met.distance, event.ahead, event.back)
+        found = self.lamps.exits.vertex(met.hit, met.distance, event.ahead, event.back)
         if far is not None:
-            found = dr.select(event.inside, self.lamps.vertex(far.hit, far.distance), found)
+            found = dr.select(event.inside, self.lamps.exits.vertex(far.hit, far.distance), found)
         stop = Stop(
             dr.select(ended, found, before.found), before.active | ended,
             dr.select(viewing, event.u, before.u),
@@ -209,9 +210,8 @@ class Walk:
         ray.maxt = on.length - start
         hit = self.lamps.intersect(ray, active)
         outgoing = -met.place.direction_to_local(on.direction)
-        look, cosine = (
-            self.lamps.look(hit, outgoing), self.lamps.cosine(hit, met.place, on.direction)
-        )  # fmt: skip
+        look = self.lamps.exits.look(hit, outgoing)
+        cosine = self.lamps.exits.cosine(hit, met.place, on.direction)
         behind = dr.dot(hit.normal, outgoing) < 0
         mirrors = hit.valid & (hit.lamp == met.hit.lamp) & look.sheet & behind
         return FarWall(hit, start + hit.t, dr.select(mirrors, look.reflectance(cosine), 0))
