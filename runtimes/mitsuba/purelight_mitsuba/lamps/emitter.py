@@ -43,19 +43,20 @@ class BundleEmitter(mi.Emitter):
         name = self.id()
         usual = path.stem if name.startswith("_") or not name else name
         self.light_group = str(props.get("light_group", usual))
-        self.dimmer = mi.Float(props.get("dimmer", 1.0))
+        level = float(props.get("dimmer", 1.0))
         self._answers = bool(props.get("finishes", True))
         matrix = np.eye(4)
         if "to_world" in props:
             matrix = np.array(props["to_world"].matrix)
-        self.to_world = mi.Transform4f(matrix)
+        self.to_world, self.dimmer = mi.Transform4f(matrix), mi.Float(level)
         self.m_flags = mi.EmitterFlags.Empty
-        self._place()
+        # Whoever waits for Dr.Jit while a scene is loaded is given the next lamp to load: not here,
+        # or a scene of hundreds would nest them beyond Python's limit.
+        self._place(matrix, level)
 
-    def _place(self) -> None:
+    def _place(self, matrix: np.ndarray, level: float) -> None:
         name = self.luminaire.path.name
-        matrix = np.array(self.to_world.matrix, np.float64).reshape(4, 4)
-        placement, level = Placement.of(matrix, name), float(self.dimmer.numpy()[0])
+        placement = Placement.of(np.asarray(matrix, np.float64), name)
         if not (math.isfinite(level) and level >= 0):
             raise PureLightError(f"{name}: dimmer must be a finite number of zero or more")
         self.placement, self.level = placement, level  # What is refused changes nothing
@@ -87,7 +88,7 @@ class BundleEmitter(mi.Emitter):
         callback.put("to_world", self.to_world, mi.ParamFlags.NonDifferentiable)
 
     def parameters_changed(self, keys: list[str]) -> None:
-        self._place()
+        self._place(np.array(self.to_world.matrix).reshape(4, 4), float(self.dimmer.numpy()[0]))
 
     def bbox(self) -> mi.ScalarBoundingBox3f:
         sphere = self.sphere()

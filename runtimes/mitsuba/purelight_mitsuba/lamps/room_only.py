@@ -6,6 +6,7 @@ from typing import Any
 
 import drjit as dr
 import mitsuba as mi
+import numpy as np
 
 from purelight_mitsuba.lamps.emitter import BundleEmitter
 from purelight_mitsuba.lamps.frame import Frame
@@ -35,8 +36,8 @@ class RoomOnlyEmitter(BundleEmitter):
         self._surface = SurfaceSampler([self.luminaire.surface])
         self.m_flags = mi.EmitterFlags.DeltaPosition
 
-    def _place(self) -> None:
-        super()._place()
+    def _place(self, matrix: np.ndarray, level: float) -> None:
+        super()._place(matrix, level)
         placement = self.placement
         x, y, z = (mi.Vector3f(*row) for row in placement.rotation.tolist())
         translation = mi.Point3f(*placement.translation.tolist())
