@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import inspect
 from pathlib import Path
 from typing import Any
 
+import drjit as dr
 import mitsuba as mi
 import numpy as np
 import pytest
 
+from purelight_mitsuba.lamps.emitter import BundleEmitter
 from purelight_mitsuba.lamps.luminaire import load
 from purelight_mitsuba.lamps.table import Lamps
 from tests.support import analytic_lamps as lamps
@@ -115,6 +118,25 @@ def test_instances_share_networks_and_their_surface(bundle: Path) -> None:
     table = Lamps(scene.emitters(), scene)
     assert len({id(emitter.luminaire) for emitter in scene.emitters()}) == 1
     assert table.luminaires == [load(bundle)]
+
+
+def test_many_lamps_are_not_loaded_one_within_another(
+    bundle: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A thread that waits for Dr.Jit takes up the next lamp, up to Python's limit of recursion."""
+    begin, depth = BundleEmitter.__init__, []
+
+    def noted(self: BundleEmitter, props: mi.Properties) -> None:
+        begin(self, props)
+        depth.append(sum(frame.function == "noted" for frame in inspect.stack(0)))
+
+    monkeypatch.setattr(BundleEmitter, "__init__", noted)
+    many = {f"l{k}": lamp(bundle, to_world=T().translate([k, 0, 0])) for k in range(300)}
+    busy = dr.arange(mi.Float, 1 << 24) ** dr.opaque(mi.Float, 0.7)
+    dr.eval(busy)  # To be waited for
+    mi.load_dict({"type": "scene"} | many)
+    assert len(depth) >= 300
+    assert max(depth) == 1
 
 
 def test_a_missing_map_is_named_in_fast_mode(tmp_path: Path) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import mitsuba as mi
@@ -71,18 +71,15 @@ class Bodies:
 
     def normals(self) -> np.ndarray:
         """Geometric unit normals in the luminaire frame: [T, 3]."""
-        own = {kind: kind.luminaire.normals() for kind in set(self._kinds)}
-        return self._all([own[kind] for kind in self._kinds], np.float32, 3)
+        return self._all(np.float32, lambda kind: kind.luminaire.normals())
 
     def corner_normals(self) -> np.ndarray:
         """Those in the corners of the triangles, some of them interpolated: [3 T, 3]."""
-        own = {kind: kind.corner_normals() for kind in set(self._kinds)}
-        return self._all([own[kind] for kind in self._kinds], np.float32, 3)
+        return self._all(np.float32, Kind.corner_normals)
 
     def sides(self, finishes: Sequence[Finish]) -> np.ndarray:
         """Which of some finishes front and back of the triangles have: [T, 2]."""
-        own = {kind: kind.sides(finishes) for kind in set(self._kinds)}
-        return self._all([own[kind] for kind in self._kinds], np.uint32, 2)
+        return self._all(np.uint32, lambda kind: kind.sides(finishes), columns=2)
 
     def mesh(self, bsdf: mi.BSDF | None = None, copies: int = 1) -> mi.Mesh:
         """The bodies at their places.
@@ -109,18 +106,24 @@ class Bodies:
         own = [f + np.uint32(start) for f, start in zip(faces, first, strict=True)]
         params["faces"] = np.tile(np.concatenate(own).ravel(), copies)
         if self.smooth:
-            params["vertex_normals"] = self._turned().ravel()
+            turns = [placement.rotation.T for placement in self._placements]
+            normals = self._all(np.float32, Kind.corner_normals, turns=turns)
+            params["vertex_normals"] = normals.ravel()
         params.update()
         return mesh
 
-    def _turned(self) -> np.ndarray:
-        """Normals in the corners as the bodies stand: [3 T, 3]."""
-        own = {kind: kind.corner_normals() for kind in set(self._kinds)}
-        pairs = zip(self._kinds, self._placements, strict=True)
-        return self._all(
-            [own[kind] @ placement.rotation.T for kind, placement in pairs], np.float32, 3
-        )
+    def _all(
+        self, dtype: type, of: Callable[[Kind], np.ndarray], columns: int = 3,
+        turns: Sequence[np.ndarray] | None = None,
+    ) -> np.ndarray:  # fmt: skip
+        """What each body has by its kind, asked once of a kind: [..., columns].
 
-    @staticmethod
-    def _all(parts: list[np.ndarray], dtype: type, columns: int) -> np.ndarray:
-        return np.concatenate([np.zeros((0, columns)), *parts], dtype=dtype, casting="unsafe")
+        Arguments:
+            turns: By what to multiply it, for each body.
+        """
+        own = {kind: of(kind) for kind in set(self._kinds)}
+        parts = [own[kind] for kind in self._kinds]
+        if turns is not None:
+            parts = [part @ turn for part, turn in zip(parts, turns, strict=True)]
+        none = np.zeros((0, columns))
+        return np.concatenate([none, *parts], dtype=dtype, casting="unsafe")

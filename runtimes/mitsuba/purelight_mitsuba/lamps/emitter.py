@@ -43,11 +43,11 @@ class BundleEmitter(mi.Emitter):
         name = self.id()
         usual = path.stem if name.startswith("_") or not name else name
         self.light_group = str(props.get("light_group", usual))
-        level = float(props.get("dimmer", 1.0))
+        level = float(np.float32(props.get("dimmer", 1.0)))
         self._answers = bool(props.get("finishes", True))
         matrix = np.eye(4)
         if "to_world" in props:
-            matrix = np.array(props["to_world"].matrix)
+            matrix = np.array(props["to_world"].matrix, np.float32)
         self.to_world, self.dimmer = mi.Transform4f(matrix), mi.Float(level)
         self.m_flags = mi.EmitterFlags.Empty
         # Whoever waits for Dr.Jit while a scene is loaded is given the next lamp to load: not here,

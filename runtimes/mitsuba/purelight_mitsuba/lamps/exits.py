@@ -16,8 +16,9 @@ from purelight_mitsuba.lamps.emitter import PureLightEmitter
 from purelight_mitsuba.lamps.finished_bodies import FinishedBodies
 from purelight_mitsuba.lamps.finishes import Finishes, Look
 from purelight_mitsuba.lamps.frame import Frame
-from purelight_mitsuba.lamps.instances import Instances, apart
+from purelight_mitsuba.lamps.instances import REACH, Instances
 from purelight_mitsuba.lamps.lamp_choice import NONE
+from purelight_mitsuba.lamps.spheres import meeting, spheres
 
 
 @dataclass
@@ -185,7 +186,7 @@ class ExitSurfaces:
         """A path's vertex as it is in the world, also on instances."""
         if self.instances is None or not self._finished:
             return si
-        on, _ = self._finished[-1].has(found)
+        on, _ = self._finished[-1].has(found)  # The bodies of instances are the last
         return self.instances.to_world(si, found.shape_index, ray.d, on)
 
 
@@ -193,8 +194,7 @@ def _shared(emitters: Sequence[PureLightEmitter]) -> np.ndarray:
     """Which lamps share the body of their kind: [L]."""
     if mi.variant().startswith("cuda"):
         return np.zeros(len(emitters), bool)
-    spheres = [emitter.sphere() for emitter in emitters]
-    alone = apart(np.array([s.center for s in spheres]), np.array([s.radius for s in spheres]))
+    alone = ~meeting(*spheres(emitters), REACH)
     kinds = list(map(Kind.of, emitters))
     often = Counter(kind for kind, free in zip(kinds, alone, strict=True) if free)
     return alone & np.array([often[kind] > 1 for kind in kinds])

@@ -30,7 +30,7 @@ class Instances:
     bodies.
 
     Arguments:
-        emitters: The lamps, whose hulls do not meet (`apart`).
+        emitters: The lamps, whose spheres do not meet if all are `REACH` times as large.
         numbers: Of the lamps in the scene.
 
     Attributes:
@@ -126,15 +126,6 @@ class Instances:
         )
         centre = mi.Point3f(x.w, y.w, z.w)
         return Frame(x.xyz, y.xyz, z.xyz, centre, rest.w), rest.xyz
-
-
-def apart(centres: np.ndarray, radii: np.ndarray) -> np.ndarray:
-    """Which of some lamps have hulls that meet no other's: [L]."""
-    alone = np.ones(len(radii), bool)
-    for lamp, (centre, radius) in enumerate(zip(centres, radii, strict=True)):
-        meets = np.linalg.norm(centres - centre, axis=1) <= REACH * (radii + radius)
-        alone[lamp] = meets.sum() == 1  # It meets itself
-    return alone
 
 
 def _alone(kind: Kind, offset: np.ndarray) -> Placement:

@@ -12,6 +12,7 @@ import numpy as np
 from purelight_format.errors import PureLightError
 from purelight_mitsuba.device_array import device_array
 from purelight_mitsuba.lamps.emitter import PureLightEmitter
+from purelight_mitsuba.lamps.spheres import spheres
 from purelight_mitsuba.sampling.far_field import HORIZONTAL, VERTICAL, FarField
 
 SIDE = 16  # Cells of a map of all directions, along each side.
@@ -129,8 +130,8 @@ def cell(direction: mi.Vector3f) -> mi.UInt32:
 
 def _spheres(emitters: Sequence[PureLightEmitter]) -> np.ndarray:
     """Centres in the world and squared radii of bounding spheres: [L, 4]."""
-    spheres = [emitter.sphere() for emitter in emitters]
-    return np.array([(*sphere.center, sphere.radius**2) for sphere in spheres])
+    centres, radii = spheres(emitters)
+    return np.column_stack([centres, radii**2])
 
 
 def _maps(emitters: Sequence[PureLightEmitter]) -> tuple[np.ndarray, np.ndarray]:

@@ -16,9 +16,11 @@ from purelight_mitsuba.lamps.exits import ExitSurfaces, Hit
 from purelight_mitsuba.lamps.frame import Frame
 from purelight_mitsuba.lamps.lamp_choice import NONE, LampChoice
 from purelight_mitsuba.lamps.luminaire import Luminaire
+from purelight_mitsuba.lamps.spheres import meeting, spheres
 from purelight_mitsuba.sampling.surface_sampler import SurfaceSampler
 
 COLUMNS = 5  # Packets of four floats per lamp.
+TOUCHING = 1.001  # Times both radii, within which spheres count as meeting.
 OVERLAPPING = 64  # Bits of the mask in which a ray notes the overlapping lamps it has passed.
 
 
@@ -168,18 +170,14 @@ def _places(emitters: Sequence[PureLightEmitter], luminaires: list[Luminaire]) -
         placement, luminaire = emitter.placement, emitter.luminaire
         row[:3, :3], row[:3, 3] = placement.rotation, placement.translation
         row[3, :3] = placement.scale, emitter.level, luminaires.index(luminaire)
-        sphere = emitter.sphere()
-        row[4] = *sphere.center, sphere.radius
-    table[:, 3, 3] = _bits(table[:, 4, :3], table[:, 4, 3])
+    table[:, 4, :3], table[:, 4, 3] = centres, radii = spheres(emitters)
+    table[:, 3, 3] = _bits(centres, radii)
     return table
 
 
 def _bits(centres: np.ndarray, radii: np.ndarray) -> np.ndarray:
     """Numbers the lamps whose bounding spheres meet another's; -1 for the others."""
-    overlapping = np.zeros(len(radii), bool)
-    for lamp, (centre, radius) in enumerate(zip(centres, radii, strict=True)):
-        meets = np.linalg.norm(centres - centre, axis=1) <= 1.001 * (radii + radius)
-        overlapping[lamp] = meets.sum() > 1  # It meets itself
+    overlapping = meeting(centres, radii, TOUCHING)
     if overlapping.sum() > OVERLAPPING:
         raise PureLightError(
             f"{overlapping.sum()} lamps have overlapping bounding spheres, but at most "
