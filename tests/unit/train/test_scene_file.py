@@ -145,3 +145,17 @@ def test_shapes_without_triangles_are_refused(kind: str, reason: str, tmp_path: 
         shape["filename"] = str(tmp_path / "curve.txt")
     with pytest.raises(PureLightError, match=f"{kind}.*{reason}"):
         scene_triangles(mi.load_dict(scene))
+
+
+@pytest.mark.parametrize(
+    ("attribute", "named"), [('id="coil"', "^shape 'coil'"), ("", "^a shape without id")]
+)
+def test_a_refused_shape_is_named(attribute: str, named: str, tmp_path: Path) -> None:
+    np.savetxt(tmp_path / "curve.txt", [[0, 0, k, 0.1] for k in range(5)])
+    (tmp_path / "lamp.xml").write_text(
+        f'<scene version="3.0.0"><shape type="linearcurve" {attribute}><string name="filename" '
+        'value="curve.txt"/><emitter type="area"><rgb name="radiance" value="1"/></emitter>'
+        "</shape></scene>"
+    )
+    with pytest.raises(PureLightError, match=named):
+        loaded(tmp_path / "lamp.xml")

@@ -287,7 +287,8 @@ def shape_mesh(shape: mi.Shape) -> Part:
         return vertices, faces, _bent_normals(shape, vertices, faces)
     if kind not in PRIMITIVES or "to_world" not in parameters:
         said = "purelight-import makes a mesh of it" if kind == "Instance" else "make it a mesh"
-        raise PureLightError(f"shape '{shape.id()}' ({kind.lower()}) is not supported; {said}")
+        named = f"shape '{shape.id()}'" if shape.id() else "a shape without id"
+        raise PureLightError(f"{named} ({kind.lower()}) is not supported; {said}")
     mesh, normals = PRIMITIVES[kind]()
     matrix = np.array(parameters["to_world"].matrix, dtype=np.float64).reshape(4, 4)
     if normals is not None:
